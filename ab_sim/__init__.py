@@ -1,9 +1,10 @@
 """ab_sim: an optical disc drive whose spindle carries a ball-type automatic balancer.
 
 This module is the public Python API; each name in ``__all__`` is imported when it is first used.
-Also public are ``ab_sim.results`` (the types of results, for annotations) and the tools for own
-effects: ``cos``, ``sin``, ``sqrt``, ``where`` and ``total`` of ``ab_sim.tracing``, and the methods
-that ``ab_sim.model.equations.effects`` lists. All else is private, and may change with any version.
+Also public are ``ab_sim.results`` (the types of results, for annotations) and the functions for
+effects of users: ``cos``, ``sin``, ``sqrt``, ``where`` and ``total`` of ``ab_sim.tracing``, and the
+methods that ``ab_sim.model.equations.effects`` lists. Everything else is private and may change
+with any version.
 
 Examples
 --------

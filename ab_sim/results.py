@@ -1,4 +1,4 @@
-"""The types of results of the calls of ``ab_sim``, and of their parts, for annotations."""
+"""Result types of the functions of ``ab_sim``, for annotations."""
 
 from ab_sim.analysis import Comparison, Metrics, OfflineRun
 from ab_sim.analysis.accuracy_cost import AccuracyCost

@@ -60,7 +60,7 @@ def _told(case: dict[str, Any]) -> str:
     if case["outcome"] == "identified":
         most = max(abs(each) for each in case["deviations_off"].values())
         return f"fits; all values within {most:.2g} standard deviations"
-    known = ("fits until", "drifts by", "would explain it", "times the fitted ones")
+    known = ("fits until", "drifts by", "would explain the residuals", "times the fitted ones")
     signs = [text.partition(": ")[0] for text in says if any(word in text for word in known)]
     return "; ".join(signs) or "none"
 

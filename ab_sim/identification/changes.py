@@ -15,9 +15,12 @@ from ab_sim.identification.stages import StagedFit, minimise
 BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
 """Fractions of a recording that are fitted on their own, in turn, until one fits."""
 WINDOWS, LOUD = 100, 3.0
-"""Number of windows per recording, and the largest residual in one, in units of noise."""
+"""Number of windows per recording, and r.m.s. of residuals in a window that shows a change.
+
+The r.m.s. is in units of the noise.
+"""
 LONGER_STEPS = 15
-"""Number of iterations of a fit of a longer beginning."""
+"""Largest number of iterations of a fit of a longer beginning."""
 
 
 class Departure(NamedTuple):
@@ -34,9 +37,9 @@ def changes_in(
 ) -> tuple[Departure, ...]:  # fmt: skip
     """Locate changes of drives or sensors during recordings.
 
-    A change spoils the fit of a whole recording. The beginning is therefore fitted on its own,
-    together with the recordings that fit. It is extended as long as the prediction agrees with the
-    measurement.
+    A change spoils the fit of a whole recording. Therefore only its beginning is fitted, together
+    with the recordings that fit as a whole. The beginning is extended as long as the prediction
+    agrees with the measurement.
 
     Args:
         problem: problem with all recordings.
@@ -45,6 +48,9 @@ def changes_in(
         seed: seed of the random start angles.
         tell: progress callback.
         workers: worker processes for the search.
+
+    Returns:
+        The changes, at most one per recording.
     """
     good = [measured for k, measured in enumerate(problem.recordings) if white[k]]
     common = [j for j in held if j < len(problem.common)]
@@ -77,12 +83,12 @@ def _reach(
     problem: Problem, good: Sequence[Measured], measured: Measured, held: Sequence[int],
     values: np.ndarray, until: float,
 ) -> float | None:  # fmt: skip
-    """Return the end of the validity of a beginning's fit, extended stepwise; None if unlimited."""
+    """Return the time [s] up to which the extended fit of a beginning holds; None if to the end."""
     beginning = _part(problem, good, measured, until)
     free = [j for j in range(len(values)) if j not in held]
     whole = _part(problem, good, measured, measured.duration)
     while True:
-        residuals = whole.left(len(good), values)
+        residuals = whole.whitened_residuals(len(good), values)
         time = _leaves(residuals, measured.time, beginning.noise[-1])
         if time is None or time <= until * (1.0 + 1.0 / WINDOWS):
             return time
@@ -95,7 +101,7 @@ def _reach(
 
 
 def _leaves(residuals: np.ndarray, time: np.ndarray, noise: float) -> float | None:
-    """Return the time at which residuals (samples, axes) exceed the threshold; None if never."""
+    """Return the time [s] at which residuals (samples, axes) exceed the threshold, or None."""
     for rows in np.array_split(np.arange(len(time)), WINDOWS):
         some = residuals[rows]
         there = some[np.isfinite(some)]

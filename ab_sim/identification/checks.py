@@ -8,21 +8,23 @@ import numpy as np
 from ab_sim.base.errors import InputError, exact
 
 FEWEST = 50
-"""Least number of samples."""
+"""Least number of samples of a recording."""
 SOME = 0.05
 """Fraction of repeated times above which rounding is the likely reason."""
 FEWEST_TURNS = 2.0
+"""Least number of spindle revolutions of a recording."""
 PER_TURN = 4.0
 """Least number of samples per spindle revolution at top speed."""
 GAP = 20
-"""Largest number of sampling intervals without a sample that is not a gap."""
+"""Largest distance of adjacent samples, in median sampling intervals; a larger one is a gap."""
 MOST_LEFT_OUT = 0.05
 """Largest fraction of a signal's samples that may be NaN."""
 FLAT = 3
-"""Number of equal samples in a row at the largest value that counts as clipped."""
+"""Least number of successive equal samples at an extreme value that may be clipped."""
 CLIPPED = 3
+"""Least number of places with such samples in a clipped signal."""
 AT_PEAK = 4.0
-"""Ratio of the number of samples at the largest value to that at the next value.
+"""Ratio of the number of samples at an extreme value to that at the next value.
 
 A larger ratio means clipping.
 """
@@ -43,14 +45,19 @@ BACKWARD = 4.0
 CIRCULATING = 0.2
 """Lowest speed of circulating balls relative to the spindle speed."""
 TURNS_OFF = 0.08
-"""Largest relative difference of the strongest frequency from the spindle speed."""
+"""Largest accepted relative difference of the strongest frequency from the spindle speed."""
 
 
 def check_time(time: np.ndarray, name: str) -> None:
     """Refuse times that do not belong to a single run.
 
+    Args:
+        time: times of the samples [s].
+        name: name of the recording.
+
     Raises:
-        InputError: the message states the fault, its place and the remedy.
+        InputError: there are too few times, they do not rise, or they have a gap. The message
+            states the fault, its place and the remedy.
     """
     if len(time) < FEWEST:
         raise InputError(
@@ -99,8 +106,14 @@ def check_time(time: np.ndarray, name: str) -> None:
 def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> None:
     """Refuse spindle data with missing samples.
 
+    Args:
+        time: times of the samples [s].
+        values: speed, angle or reading of the spindle, in any unit.
+        what: name of the column.
+        name: name of the recording.
+
     Raises:
-        InputError: see ``check_time``.
+        InputError: a sample is not a finite number.
     """
     rows = np.flatnonzero(~np.isfinite(values))
     if len(rows):
@@ -121,7 +134,7 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
         name: name of the recording.
 
     Raises:
-        InputError: see ``check_time``.
+        InputError: samples are missing, or there are too few turns or samples per turn.
     """
     check_finite(time, speed, what, name)
     top = float(np.max(np.abs(speed)))
@@ -150,7 +163,7 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
         name: name of the recording.
 
     Raises:
-        InputError: see ``check_time``.
+        InputError: the two differ by a factor, or from some time on.
     """
     turned, expected = np.diff(angle), 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
     whole = float(expected.sum())
@@ -190,10 +203,10 @@ def check_signal(
         name: name of the recording.
 
     Returns:
-        Remark on its resolution; empty if it is fine.
+        Remark on the signal's resolution; empty if it is fine.
 
     Raises:
-        InputError: see ``check_time``.
+        InputError: samples are missing, or the signal is constant, stuck or clipped.
     """
     there = np.isfinite(signal)
     missing = len(signal) - int(there.sum())
@@ -288,7 +301,7 @@ class Sense(NamedTuple):
 
 
 def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: str) -> Sense:
-    """Refuse a whirl against the spindle; doubt one at another multiple of its speed.
+    """Refuse a whirl against the spindle's rotation; doubt a whirl at a multiple of its speed.
 
     A wrong sampling rate or unit of speed causes such a multiple. A lightly damped deck that rings
     at its natural frequency at constant speed looks the same; only a fit can distinguish them.
@@ -300,8 +313,11 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
             spindle.
         name: name of the recording.
 
+    Returns:
+        A note, a doubt or neither, for a whirl that follows the spindle.
+
     Raises:
-        InputError: see ``check_time``.
+        InputError: the deck whirls against the spindle's rotation.
     """
     centred = whirl - whirl.mean()
     window = np.hanning(len(centred))
@@ -333,7 +349,10 @@ FACTORS = np.concatenate([[1.0], 1.0 / np.array([60, 2 * math.pi, 9.5493]), [60,
 
 
 def _best_factor(centred: np.ndarray, angle: np.ndarray, window: np.ndarray) -> tuple[float, float]:
-    """Return the strength and factor of the spindle angle's multiple that the vibration follows."""
+    """Return the multiple of the spindle angle that the vibration follows: power fraction, factor.
+
+    If no multiple is clearly stronger than the spindle angle itself, return 0 and 1.
+    """
     factors = np.unique(np.concatenate([FACTORS, np.geomspace(0.2, 5.0, 400)]))
     factors = factors[np.argsort(np.abs(np.log(factors)))]
     shares = np.array([_share(centred * np.exp(-1j * f * angle) * window) for f in factors])

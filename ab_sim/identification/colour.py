@@ -14,8 +14,9 @@ from ab_sim.identification.measured import Measured
 from ab_sim.scene.sensors import Sampled
 
 LONG = 4096
-"""Length of the low-pass' impulse response and of spectra."""
+"""Length of the low-pass' impulse response and of spectra, in samples."""
 MOST_TAPS = 512
+"""Largest number of taps of a whitening filter."""
 LEFT_OUT = 1e-5
 """Root mean square of the taps cut off at the filter's end, relative to all taps."""
 PARTS = 4
@@ -35,9 +36,9 @@ def low_pass_alone(sensor: Sampled, step: float) -> Pickup:
 
 
 def whitening_of(measured: Measured) -> np.ndarray | None:
-    """Return the taps of the whitening filter, the first being 1.
+    """Return the taps of a recording's whitening filter, the first being 1.
 
-    None if the signals passed no sensor, or one of unknown noise.
+    Return None if the signals passed no sensor, or a sensor of unknown noise.
     """
     sensor = measured.sensor
     if sensor is None or (sensor.noise_density == 0.0 and sensor.resolution == 0.0):

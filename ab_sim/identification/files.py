@@ -1,4 +1,4 @@
-"""Files of an identification, and their reading."""
+"""Files of an identification, and their conversion to recordings."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -36,7 +36,11 @@ class Files(NamedTuple):
 
 
 def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measured]]:
-    """Return recordings for the fit, and those held out.
+    """Read all recordings; return those for the fit, and those held out.
+
+    Args:
+        files: recordings, their mappings and further settings.
+        scene: scene of the drive.
 
     Raises:
         InputError: a recording cannot be used; the message states the reason and the remedy.

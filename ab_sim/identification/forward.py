@@ -66,11 +66,14 @@ class SimulatedSignals(NamedTuple):
     """Simulated signals of a recording."""
 
     values: np.ndarray
-    """Signals as measured, without gain and offset, shape (samples, axes)."""
+    """Signals along the measured axes [m or m/s^2], without gain and bias.
+
+    Shape (samples, axes).
+    """
     slope: np.ndarray
-    """Derivative of the signals by time [1/s]; zeros unless requested."""
+    """Time derivative of the signals, per second, same shape; zeros unless requested."""
     derivatives: np.ndarray
-    """Derivatives by each parameter, shape (places, samples, axes)."""
+    """Derivatives of the signals by each parameter, shape (places, samples, axes)."""
 
 
 class RecordedDrive:
@@ -102,7 +105,7 @@ class RecordedDrive:
         return self._runs.first.fits_lane
 
     def scene_with(self, values: Values) -> Scene:
-        """Return the scene of a run.
+        """Return the scene of a run with other values, and with the recorded trial mass and balls.
 
         Raises:
             SceneError: the values are not allowed.
@@ -125,7 +128,7 @@ class RecordedDrive:
         Args:
             values: values of the scene.
             places: positions of the parameters for derivatives.
-            moves: step of the finite difference for each parameter.
+            moves: step of the finite difference for each parameter [SI].
             delay: delay of the signals [s].
             slope: whether the derivative by time is needed.
             central: whether differences are central rather than one-sided.
@@ -175,7 +178,10 @@ class RecordedDrive:
         return across[:, :1] * self._cosine + across[:, 1:2] * self._sine
 
     def _felt(self, run: PreparedRun, samples: np.ndarray) -> np.ndarray:
-        """Return the sensed quantity across the shaft, shape (steps, 2)."""
+        """Return the sensed quantity along the deck's x and y, shape (steps, 2).
+
+        This is the displacement [m] or the specific force [m/s^2].
+        """
         deck, sensor = run.system.deck_model, self.measured.sensor
         if self.measured.kind == DISPLACEMENT:
             names = type(deck).CHANNELS
@@ -218,7 +224,7 @@ def _step(scene: Scene, measured: Measured) -> float:
 
 
 def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
-    """Return the scene whose spindle follows the recording."""
+    """Return the scene with the recorded speed as its profile, and without a motor and sensors."""
     pieces = measured.schedule.segments[:-1]
     first = pieces[0].segment
     changes: dict[str, Any] = {

@@ -26,6 +26,9 @@ def held_out(
         seed: seed of their start angles.
         tell: progress callback.
         workers: worker processes for the search.
+
+    Returns:
+        Quality of the fit on these recordings, and the recordings that could be simulated.
     """
     count = len(problem.common)
     noise = noises_of(recordings)

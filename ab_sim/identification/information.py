@@ -17,7 +17,7 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
     """Return R of the QR decomposition, up to the signs of its rows, block by block.
 
     BLAS distributes a tall matrix over threads, which synchronise at every column. This took ten
-    times as long as a single thread, and rounds differently for each number of threads. Small
+    times as long as a single thread, and the rounding depends on the number of threads. Small
     blocks stay on one thread.
 
     J. Demmel, L. Grigori, M. Hoemmen and J. Langou, Communication-optimal parallel and sequential
@@ -51,8 +51,11 @@ def beyond(fixed: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     ``fixed``.
 
     Args:
-        fixed: other columns, columns of interest, shape (numbers, columns).
-        wanted: shape (numbers, columns).
+        fixed: other columns, shape (rows, fixed columns).
+        wanted: columns of interest, shape (rows, wanted columns).
+
+    Returns:
+        Triangular factor, shape (wanted columns, wanted columns) or with fewer rows.
     """
     scale = np.linalg.norm(fixed, axis=0)
     both = np.column_stack([fixed / np.where(scale > 0.0, scale, 1.0), wanted])
@@ -65,8 +68,8 @@ def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:
     Along unidentifiable directions it is limited by rounding.
 
     Args:
-        derivatives: Jacobian J of residuals in units of noise, shape (numbers, parameters).
-        most: standard deviation in scales above which a direction is left out.
+        derivatives: Jacobian J of residuals in units of noise, shape (residuals, parameters).
+        most: standard deviation in units of the scales above which a direction is left out.
     """
     size, singular, rows = _decomposed(derivatives)
     half = (rows / np.maximum(singular, ROUNDING * singular[:1])[:, None]).T / size[:, None]

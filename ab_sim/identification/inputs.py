@@ -52,7 +52,7 @@ SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": Proximi
 STANDS = 1e-3
 """Speed below which a spindle stands still, relative to the top speed."""
 RUN_BEGINS = 1
-"""Largest first step of a recording of ab_sim that includes the start of its run."""
+"""Largest number of the first step in a recording of ab_sim that includes the start of its run."""
 
 
 def measured_of(
@@ -62,17 +62,17 @@ def measured_of(
     signal: str | None = None,
     with_balls: bool | None = None,
 ) -> Measured:
-    """Return a checked recording.
+    """Read a recording from a file, convert it to SI units and check it.
 
     Args:
-        path: see ``read_table``.
+        path: file of a type that ``read_table`` reads.
         scene: scene of the drive; the mapping may refer to its sensors.
-        mapping: mapping of its columns; None for recordings of ab_sim.
+        mapping: meaning of the columns; None for recordings of ab_sim.
         signal: signal to be fitted, see ``usual_mapping``.
         with_balls: whether there were balls; None to use the mapping or the recorded scene.
 
     Raises:
-        InputError: it cannot be used; the message states the reason and the remedy.
+        InputError: the recording cannot be used; the message states the reason and the remedy.
         RecordingError: the file cannot be read.
     """
     table = read_table(path, None if signal is None else pair_of(signal)[0])
@@ -106,7 +106,7 @@ def _whirl_of(signals: np.ndarray, axes: Sequence[float]) -> np.ndarray:
     """Return x + i y of two signals; the first signal if they do not span the plane.
 
     Args:
-        signals: finite, shape (samples, axes).
+        signals: finite signals, shape (samples, axes).
         axes: angles of the signals' axes [rad].
     """
     if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
@@ -172,7 +172,7 @@ class _Reader:
         if len(axes) == 1 and not rests:
             remarks.append(
                 "does not begin at rest, and has one signal: the deck's start across it is not "
-                "known, and taken as 0"
+                "known, so it is taken as 0"
             )
         for k, signal in enumerate(mapping.signals):
             check_held_signal(signals[kept, k], f"signals.{k} ({signal.column})", name)
@@ -274,7 +274,7 @@ class _Reader:
                 f"{self._name}: signals.0 ({signal.column}): "
                 + (f"unit {unit!r} is neither of a displacement nor of an acceleration"
                    if unit else "has no unit")
-                + "; say so: {unit: mm} or {unit: m/s^2}"
+                + "; give it in the mapping, e.g. {unit: mm} or {unit: m/s^2}"
             )  # fmt: skip
         return kind
 
@@ -308,7 +308,7 @@ class _Reader:
         return np.arange(count) / rate
 
     def _run(self, time: np.ndarray) -> tuple[bool, float | None]:
-        """Return whether the recording includes the start of the run, and the run's step."""
+        """Return whether the recording includes the run's start, and the step [s] or None."""
         step = self._table.description.get("step")
         if not isinstance(step, float) or "step" not in self._table.columns:
             return False, None
@@ -369,4 +369,4 @@ def check_names(recordings: Sequence[Measured]) -> None:
     names = [recording.name for recording in recordings]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{name}: two recordings are called so; give each another file name")
+            raise InputError(f"{name}: two recordings have this name; rename one of the files")

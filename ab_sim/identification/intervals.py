@@ -22,7 +22,7 @@ CURVATURE, PROFILE, HELD, OPEN = "curvature", "profile", "held", "open"
 not determine it.
 """
 AT_BOUND = 1e-4
-"""Distance from a bound within which a parameter is at it.
+"""Largest distance from a bound at which a parameter counts as at the bound.
 
 Relative to the parameter's range, or to its standard deviation if that is smaller.
 """
@@ -33,7 +33,10 @@ PROFILE_STEPS = 6
 PROFILE_POINTS = 8
 """Largest number of profile points on each side."""
 HIGH = 10.0
-"""Ratio of a point's rise to the rise at the end of the interval above which it is too far off."""
+"""Ratio of the rise at a profile point to that at the interval's end that calls for bisection.
+
+Closer to the end, the profile is nearly a parabola, and interpolation is accurate.
+"""
 
 
 class Estimate(NamedTuple):
@@ -65,7 +68,7 @@ class Estimate(NamedTuple):
 
 
 class ProfilePoints(NamedTuple):
-    """Profile of the fit: its deterioration as one parameter moves and all others are refitted."""
+    """Profile of a parameter: rise of the cost as it moves and all others are refitted."""
 
     name: str
     values: tuple[float, ...]
@@ -116,8 +119,8 @@ def intervals_of(
     # only rounding.
     variance = max(sum_of_squares(residuals) / freedom, 1.0)
     covariance = variance * covariance_of(jacobian) * np.outer(scales, scales)
-    # Along unknown directions, a straight move would leave the range of the derivatives. Balls that
-    # start together have one: equal balls may be exchanged.
+    # Leave out unknown directions: a move along them would leave the range in which the derivatives
+    # hold. Equal balls that start together have one, because they may be exchanged.
     followed = covariance_of(jacobian, UNKNOWN) * np.outer(scales, scales)
     reach = float(student.ppf(0.5 + 0.5 * SHARE, freedom))
     deviations = np.sqrt(np.diag(covariance))
@@ -171,7 +174,7 @@ def _moved(
     problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     j: int, by: float,
 ) -> np.ndarray:  # fmt: skip
-    """Move a parameter; the others follow the parabola, within their bounds."""
+    """Return values with a parameter moved; the others follow the parabola, within their bounds."""
     k = list(free).index(j)
     moved = values.copy()
     if followed[k, k] > 0.0:
@@ -186,7 +189,7 @@ def _skews(
     problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     variance: float, reaches: np.ndarray, reach: float,
 ) -> dict[int, float]:  # fmt: skip
-    """Return relative deviations of the rise at the ends of the intervals from a parabola."""
+    """Return, by parameter, the relative deviation from a parabola at the interval's ends."""
     best = problem.cost(values)
     skews = {}
     for j, step in zip(free, reaches.tolist(), strict=True):
@@ -204,7 +207,7 @@ def _end(
     problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     j: int, way: float, step: float, rise: float,
 ) -> tuple[float, list[tuple[float, float]]]:  # fmt: skip
-    """Return the value at which the fit has deteriorated by ``rise``, and the profile points.
+    """Return the value at which the sum of squares has risen by ``rise``, and the profile points.
 
     The value is infinite if the bound is reached first.
     """

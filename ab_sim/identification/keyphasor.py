@@ -21,13 +21,13 @@ MISSED, DOUBLED = 1.7, 0.6
 The first compares with the longer neighbour, the second with the shorter.
 """
 SPREAD = math.sqrt(70.0) / 6.0
-"""Standard deviation of the fourth difference of independent errors, over 6, in units of theirs."""
+"""Standard deviation of the fourth difference of independent errors, divided by 6 times theirs."""
 
 
 def angle_from_pulses(
     time: np.ndarray, reading: np.ndarray, per_turn: int, name: str
 ) -> np.ndarray:
-    """Return the angle at each sample, 0 at the first pulse; NaN before it and after the last.
+    """Return the angle at each sample [rad], 0 at the first pulse; NaN outside the pulses.
 
     A smoothing spline is fitted to the pulses; its tolerance is the scatter of their times.
 
@@ -54,9 +54,9 @@ def angle_from_pulses(
         at = int(odd[0]) + 1
         raise InputError(
             f"{name}: keyphasor: after {pulses[at]:.4g} s the next pulse comes in "
-            f"{between[at]:.3g} s, where those next to it take {between[at - 1]:.3g} and "
-            f"{between[at + 1]:.3g} s: one is missing or counted twice; cut the recording there, "
-            "or clean the column"
+            f"{between[at]:.3g} s; the intervals before and after are {between[at - 1]:.3g} and "
+            f"{between[at + 1]:.3g} s: a pulse is missing or counted twice; cut the recording "
+            "there, or clean the column"
         )
     angles = 2.0 * math.pi / per_turn * np.arange(len(pulses))
     scatter = float(np.median(np.abs(np.diff(pulses, 4)))) / 6.0 / 0.6745 / SPREAD

@@ -17,6 +17,7 @@ UNKNOWN = 0.5
 PART = 0.15
 """Smallest component that is named, relative to the direction's largest."""
 ALIKE = 0.1
+"""Tolerance for equal exponents of a direction."""
 MASSES = ("rotor.total_mass", "rotor.mass", "rotor.eccentric_mass")
 WEIGH = "weigh the deck and leave the mass out of --fit, or make a recording with a trial mass"
 CALIBRATE = "calibrate the sensor and leave the gain out, or record with balls of known mass"
@@ -116,7 +117,7 @@ def knowledge_before(problem: Problem, seed: int, tell: Progress = lambda *_: No
     """
     numbers, results = np.random.default_rng([seed, 0]), []
     for look in range(LOOKS):
-        tell("what can be known", look, LOOKS)
+        tell("identifiability", look, LOOKS)
         values = problem.start
         for j, parameter in enumerate(problem.parameters):
             if parameter.is_own_angle:

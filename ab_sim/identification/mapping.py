@@ -1,4 +1,4 @@
-"""Mapping of a table's columns, as YAML."""
+"""Mapping: a YAML file with the meaning of a table's columns."""
 
 import math
 from collections.abc import Sequence
@@ -33,9 +33,9 @@ AXES = (0.0, 1.5707963267948966)
 class ColumnOf(Section):
     """Column, and the unit of its numbers."""
 
-    column: str = Field(description="its name")
+    column: str = Field(description="name of the column")
     unit: str | None = Field(
-        default=None, description="of its numbers; default: as the file says, else SI"
+        default=None, description="unit of the numbers; default: that of the file, else SI"
     )
 
 
@@ -43,57 +43,58 @@ class SignalColumn(ColumnOf):
     """Column of the vibration."""
 
     direction: str | float | None = Field(
-        default=None, description="of its axis, from the deck's x; default: x, then y"
+        default=None, description="angle of the axis from the deck's x, rad; default: x, then y"
     )
     sensitivity: str | None = Field(
         default=None,
-        description="of its sensor, where the numbers are voltages or the like: 100 mV/g_0",
+        description="sensitivity of the sensor if the numbers are voltages or the like: 100 mV/g_0",
     )
 
 
 class Keyphasor(Section):
     """Column with pulses of a mark on the spindle."""
 
-    column: str = Field(description="its name")
-    per_turn: int = Field(default=1, ge=1, description="pulses each turn")
+    column: str = Field(description="name of the column")
+    per_turn: int = Field(default=1, ge=1, description="pulses per turn")
     angle: str | float | None = Field(
-        default=None, description="of the spindle at the first pulse, rad; default: fitted"
+        default=None, description="spindle angle at the first pulse, rad; default: fitted"
     )
 
 
 class Mapping(Section):
     """Meaning of a table's columns."""
 
-    time: ColumnOf | None = Field(default=None, description="when samples were taken")
+    time: ColumnOf | None = Field(default=None, description="times of the samples")
     sampling: str | float | None = Field(
-        default=None, description="sampling rate, where there is no column of the time, Hz"
+        default=None, description="sampling rate if there is no column of times, Hz"
     )
     speed: ColumnOf | None = Field(default=None, description="the spindle's speed, rad/s")
     angle: ColumnOf | None = Field(default=None, description="the spindle's angle, rad")
     keyphasor: Keyphasor | None = Field(
-        default=None, description="pulses from which the spindle's angle is taken instead"
+        default=None, description="pulses that give the spindle's angle instead"
     )
     signals: tuple[SignalColumn, ...] = Field(
         description="displacement or acceleration along one or two axes", min_length=1, max_length=2
     )
     kind: Literal["displacement", "acceleration"] | None = Field(
-        default=None, description="what the signals are of; default: as their unit says"
+        default=None, description="quantity of the signals; default: that of their unit"
     )
     sensor: str | dict[str, Any] | None = Field(
         default=None,
-        description="what they went through: a sensor or probe of the scene, or the parameters of "
-        "one, {bandwidth: 200}",
+        description="sensor that the signals passed: a sensor or probe of the scene, or its "
+        "parameters, {bandwidth: 200}",
     )
-    delay: str | float = Field(default=0.0, description="by which the signals are late, s")
+    delay: str | float = Field(default=0.0, description="delay of the signals, s")
     free: tuple[Literal["gain", "bias", "delay", "disc_angle"], ...] = Field(
-        default=(), description="what of the recording is not known, and fitted"
+        default=(), description="unknown parameters of the recording, which are fitted"
     )
     balls: bool = Field(default=True, description="whether the balls were in the race")
     trial_mass: str | float = Field(
-        default=0.0, description="clamped to the deck for this recording, kg"
+        default=0.0, description="mass clamped to the deck for this recording, kg"
     )
     at_rest: bool | None = Field(
-        default=None, description="whether it begins at rest; default: as the speed says"
+        default=None,
+        description="whether the recording begins at rest; default: if the spindle does",
     )
 
     @model_validator(mode="after")
@@ -103,7 +104,7 @@ class Mapping(Section):
         if self.speed is None and self.angle is None and self.keyphasor is None:
             raise ValueError("give speed, angle or keyphasor of the spindle: the fit follows it")
         if self.angle is not None and self.keyphasor is not None:
-            raise ValueError("give angle or keyphasor, not both: both say how the spindle turned")
+            raise ValueError("give angle or keyphasor, not both: each gives the spindle's angle")
         return self
 
     @property
@@ -159,7 +160,7 @@ def mapping_of(raw: Any, place: str) -> Mapping:
 
 
 def kind_of_unit(unit: str) -> str | None:
-    """Return the quantity measured in a unit; None if it is neither of the two."""
+    """Return the quantity with a unit, displacement or acceleration; None for other units."""
     for kind, units in UNITS.items():
         if unit == units:
             return kind
@@ -196,7 +197,7 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, name: str) -
     except ValueError:
         size = 0.0
     if not slash or not output_unit or not math.isfinite(size) or size == 0.0:
-        raise InputError(f"{place}: must be such as 100 mV/g_0 or 8 mV/um, and not 0")
+        raise InputError(f"{place}: must be like 100 mV/g_0 or 8 mV/um, and not 0")
     per = factor_of(measured.strip(), si, place)
     return per / size * (1.0 if unit is None else factor_of(unit, output_unit.strip(), place))
 
@@ -219,7 +220,7 @@ def number_of(value: str | float, si: str, place: str) -> float:
     """Return a number in SI, from a number or a text with a unit.
 
     Raises:
-        InputError: the value is no such number.
+        InputError: the text is not a number, or its unit does not fit.
     """
     if isinstance(value, str):
         try:
@@ -231,7 +232,7 @@ def number_of(value: str | float, si: str, place: str) -> float:
 
 
 def pair_of(signal: str) -> tuple[str, str]:
-    """Return the columns of a signal in recordings of ab_sim."""
+    """Return the names of a signal's two columns in recordings of ab_sim."""
     return PAIRS.get(signal, (f"{signal}_1", f"{signal}_2"))
 
 

@@ -67,7 +67,7 @@ class Measured:
 
     @cached_property
     def spindle_angle(self) -> np.ndarray:
-        """Spindle angle at each sample [rad]; cached, as every look at residuals uses it."""
+        """Spindle angle at each sample [rad]; cached for repeated evaluations of residuals."""
         return self.schedule.angles(self.time)
 
     @property
@@ -81,6 +81,6 @@ class Measured:
         return float(np.sqrt(np.nanmean((self.signals - np.nanmean(self.signals, axis=0)) ** 2)))
 
     def until(self, time: float) -> "Measured":
-        """Return the beginning of the recording."""
+        """Return the beginning of the recording, up to a time [s] but at least 8 samples."""
         some = max(int(np.searchsorted(self.time, time, "right")), 8)
         return replace(self, time=self.time[:some], signals=self.signals[:some])

@@ -103,7 +103,7 @@ def _freed(
     problem: Problem, without: Fitted, free: Sequence[int], number: int, nuisance: str,
     before: float,
 ) -> TriedEffect:  # fmt: skip
-    """Fit with one more free parameter of a recording, and report it like a tried effect."""
+    """Fit with one more free parameter of a recording; return the result like a tried effect."""
     recordings = list(problem.recordings)
     measured = recordings[number]
     recordings[number] = replace(measured, free=(*measured.free, nuisance))

@@ -48,19 +48,19 @@ class FitParameter(NamedTuple):
     place: KeyPlace | None
     """Place in a scene; None for gain, bias and delay."""
     recording: int | None = None
-    """Index of the recording that it belongs to; None for a common parameter."""
+    """Index of the recording of the parameter; None for a common parameter."""
     nuisance: str = ""
     """Name of the nuisance, ``GAIN``, ``BIAS`` and so on; empty for a number of the scene."""
     axis: int = 0
     """Axis of a bias."""
     least: float = -math.inf
-    """Lower limit in the scene: 0 for a stiffness."""
+    """Lower limit in the scene, e.g. 0 for a stiffness."""
 
     bases: Mapping[int, float] = {}
-    """Base angle of each recording that shares the value, for the encoder's zero."""
+    """For the encoder's zero: base angle [rad] by index of each recording that shares it."""
 
     def belongs_to(self, recording: int | None) -> bool:
-        """Return whether a recording depends on it; with None, whether all recordings do."""
+        """Return whether a recording depends on the parameter; with None, whether all do."""
         return self.recording is None or self.recording == recording or recording in self.bases
 
     @property
@@ -108,7 +108,7 @@ def _fitted(scene: Scene, key: str, bounds: tuple[float, float] | None) -> FitPa
         )
     if now is None:
         raise InputError(
-            f"fit {key}: the scene {scene.name} gives none to begin with; write it there, or "
+            f"fit {key}: the scene {scene.name} has no value to start from; write one there, or "
             f"--set {place.key}=..."
         )
     start = float(now)
@@ -184,10 +184,10 @@ def _limits(
 
 
 def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Parse ``KEY=LOW..HIGH``, with units or in SI.
+    """Parse texts ``KEY=LOW..HIGH``, with units or in SI, into bounds [SI] by key.
 
     Raises:
-        InputError: the text has another form.
+        InputError: a text has another form, or a key is given twice.
     """
     bounds: dict[str, tuple[float, float]] = {}
     for text in texts:
@@ -203,7 +203,7 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
 
 
 def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
-    """Return the angle of the unbalance's mark where the encoder reads 0, if it is not known.
+    """Return the parameter for the unbalance's angle at the encoder's zero; empty if it is known.
 
     Recordings of one drive share the encoder and thus this angle. A recording without balls
     determines it much better than one with balls.

@@ -87,7 +87,11 @@ class Problem:
     def part(self, recordings: Sequence[int], until: float | None = None) -> "Problem":
         """Return the problem of some recordings, or of their beginnings.
 
-        It has the common parameters and those of the chosen recordings, with new indices.
+        The part has the common parameters and those of the chosen recordings, with new indices.
+
+        Args:
+            recordings: indices of the recordings.
+            until: fraction of each recording to keep; None keeps all.
         """
         chosen = [self.recordings[k] for k in recordings]
         if until is not None:
@@ -101,27 +105,27 @@ class Problem:
         return problem
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
-        """Return residuals of all measured values in units of noise, shape (numbers,)."""
+        """Return residuals of all measured values in units of noise, shape (residuals,)."""
         parts = []
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
-            parts.append(self.left(k, values)[there] / noise)
+            parts.append(self.whitened_residuals(k, values)[there] / noise)
         return np.concatenate(parts)
 
     def cost(self, values: np.ndarray) -> float:
         """Return half the sum of squares of the residuals."""
         return 0.5 * sum_of_squares(self.residuals(values))
 
-    def left(self, number: int, values: np.ndarray) -> np.ndarray:
+    def whitened_residuals(self, number: int, values: np.ndarray) -> np.ndarray:
         """Return whitened residuals of a recording, shape (samples, axes).
 
         They are NaN where nothing was measured and until the whitening filter is filled.
         """
-        return self._left(number, self._signals(number, values, ()), values)
+        return self._residuals_of(number, self._signals(number, values, ()), values)
 
     def derivatives(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
     ) -> np.ndarray:
-        """Return the derivatives of the residuals by some parameters; see ``both``."""
+        """Return only the derivatives of ``both``."""
         return self.both(values, free, central)[1]
 
     def both(
@@ -135,13 +139,14 @@ class Problem:
             central: whether differences are central; one-sided ones need half as many runs.
 
         Returns:
-            Residuals of shape (numbers,), and derivatives of shape (numbers, free parameters).
+            Residuals in units of noise, shape (residuals,), and derivatives, shape (residuals, free
+            parameters).
         """
         residuals, blocks = [], []
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
             places = self._own_of(k, free)
             signals = self._signals(k, values, places, central)
-            residuals.append(self._left(k, signals, values)[there] / noise)
+            residuals.append(self._residuals_of(k, signals, values)[there] / noise)
             block = np.zeros((int(there.sum()), len(free)))
             if signals is not None:
                 for j, column in zip(
@@ -152,10 +157,7 @@ class Problem:
         return np.concatenate(residuals), np.concatenate(blocks) * self.scales[list(free)]
 
     def costs_no_more(self, free: Sequence[int], central: bool) -> bool:
-        """Return whether ``both`` costs no more than ``residuals``.
-
-        This is so if all runs fit side by side.
-        """
+        """Return whether ``both`` costs no more than ``residuals``: all runs fit side by side."""
         sides = 2 if central else 1
         return all(
             drive.side_by_side and sides * len(self._own_of(k, free)) < LANES
@@ -165,7 +167,7 @@ class Problem:
     def _own_of(self, number: int, free: Sequence[int]) -> list[int]:
         return [j for j in free if self.parameters[j].belongs_to(number)]
 
-    def _left(
+    def _residuals_of(
         self, number: int, signals: SimulatedSignals | None, values: np.ndarray
     ) -> np.ndarray:
         measured = self.recordings[number].signals
@@ -177,7 +179,7 @@ class Problem:
     def simulated(
         self, number: int, values: np.ndarray, also: Mapping[str, Any] | None = None
     ) -> np.ndarray | None:
-        """Return the simulated signals with gain and bias, shape (samples, axes).
+        """Return the simulated signals with gain and bias, shape (samples, axes); None on failure.
 
         Args:
             number: index of the recording.
@@ -209,7 +211,7 @@ class Problem:
         self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True,
         also: Mapping[str, Any] | None = None,
     ) -> SimulatedSignals | None:  # fmt: skip
-        """Run a recording; the last run without derivatives is cached."""
+        """Return the simulated signals of a recording; the last run without extras is cached."""
         if free or also:
             return self._run(number, values, free, central, also or {})
         key, cached = values.tobytes(), self._last.get(number)

@@ -63,7 +63,7 @@ def proposals_for(
     proposals = []
     standards = _standards(problem, values)
     for done, standard in enumerate(standards):
-        tell(f"what a further {standard.name} would add", done, len(standards))
+        tell(f"information of another {standard.name}", done, len(standards))
         try:
             added = _added(problem, values, standard)
         except AbSimError:

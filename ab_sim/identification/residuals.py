@@ -18,8 +18,10 @@ from ab_sim.identification.problem import Problem
 LAGS = 20
 """Number of lags of the autocorrelation."""
 FLAGGED = 4.0
-"""Threshold of z above which residuals are not noise; exceeded by one true model in some
-thousand."""
+"""Threshold of z above which residuals are not noise.
+
+A correct model exceeds it about once in several thousand recordings.
+"""
 BLOCKS = 20
 """Number of blocks, of equal spindle rotation, over which residuals are averaged on rotating
 axes."""
@@ -40,16 +42,14 @@ class Whiteness(NamedTuple):
     z: float
     """Ljung-Box statistic (Q - h) / sqrt(2 h) over all axes."""
     p: float
-    """Probability of Q among white residuals."""
+    """Probability that white residuals have a larger Q."""
     frequency_p: float
-    """Probability of the cumulative periodogram's distance from a straight line among them."""
+    """Probability that white residuals have a less straight cumulative periodogram."""
     judged: bool
     """True if there is enough noise for a test."""
     turning_z: float = 0.0
-    """Normal quantile of the part that turns with the spindle.
-
-    It is the number of standard deviations that noise exceeds as rarely.
-    """
+    """Significance of the part that turns with the spindle, as a quantile of the normal
+    distribution."""
     signs: tuple[str, ...] = ()
     """Descriptions of known patterns in residuals that are not noise."""
 
@@ -69,7 +69,7 @@ class Whiteness(NamedTuple):
 
 
 def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -> Whiteness:
-    """Test residuals in the order of time.
+    """Test whether residuals, in the order of time, are white.
 
     Args:
         residuals: residuals, shape (samples, axes), NaN where nothing was measured.
@@ -103,7 +103,7 @@ def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...
     """
     results = []
     for k, measured in enumerate(problem.recordings):
-        residuals = problem.left(k, values)
+        residuals = problem.whitened_residuals(k, values)
         result = whiteness_of(residuals, measured.rms, measured.name)
         result = result._replace(turning_z=turning_z(residuals, measured))
         results.append(
@@ -142,7 +142,7 @@ def turning_z(residuals: np.ndarray, measured: Measured) -> float:
 
 
 def signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
-    """Return descriptions of patterns in residuals: a drifting sensor.
+    """Return a description of each axis whose residuals drift.
 
     Args:
         residuals: residuals, shape (samples, axes), NaN where nothing was measured.
@@ -156,12 +156,12 @@ def signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
         rest = values - slope * at - level
         drift = float(slope * (at[-1] - at[0]))
         if abs(drift) > DRIFT * float(rest.std()):
-            signs.append(f"axis {axis + 1} drifts by {drift:.3g}: does its sensor?")
+            signs.append(f"axis {axis + 1} drifts by {drift:.3g}: does its sensor drift?")
     return tuple(signs)
 
 
 def noises_of(recordings: Sequence[Measured]) -> list[float]:
-    """Return noise estimates of recordings, whitened if the noise is coloured."""
+    """Return the standard deviation of each recording's noise, after whitening if coloured."""
     return [
         max(
             noise_of(whitened(whitening_of(recording), recording.signals)),
@@ -193,7 +193,7 @@ def _cumulative(centred: np.ndarray) -> float:
 
 
 def total_z(results: Sequence[Whiteness]) -> float:
-    """Return a combined z of all recordings that can be tested; 0 if there is none."""
+    """Return the combined z of all recordings that can be tested; 0 if there are none."""
     judged = [result.worst for result in results if result.judged]
     return sum(judged) / math.sqrt(len(judged)) if judged else 0.0
 

@@ -34,7 +34,7 @@ class RecordingFit(NamedTuple):
 
     @property
     def residuals(self) -> np.ndarray:
-        """Measured less simulated."""
+        """Measured minus simulated signals, shape (samples, axes)."""
         differences: np.ndarray = self.measured.signals - self.simulated
         return differences
 
@@ -44,15 +44,15 @@ class TriedEffect(NamedTuple):
 
     name: str
     explains: float
-    """Fraction of the sum of squares beyond noise that it explains, 0 to 1."""
+    """Fraction of the residuals' z that the trial removes, 0 to 1."""
     drop: float
     """Reduction of the sum of squares in units of the noise variance."""
     z: float
     """Ljung-Box z with the effect."""
     values: dict[str, float]
-    """Fitted values of its parameters."""
+    """Fitted values of the added parameters [SI]."""
     failure: str = ""
-    """Reason why it could not be tried."""
+    """Reason why the trial failed; empty if it did not."""
     nuisance: str = ""
     """Parameter of a recording that was tried: gain, bias, delay, disc_angle or time_scale.
 
@@ -76,7 +76,7 @@ class HeldOut(NamedTuple):
 
     @property
     def better(self) -> bool:
-        """True if the fitted scene predicts them better than the original one."""
+        """True if the fitted scene predicts these recordings better than the original one."""
         return self.after < self.before
 
 
@@ -85,17 +85,17 @@ class Proposal(NamedTuple):
 
     name: str
     words: str
-    """Instructions."""
+    """Instructions for the recording."""
     worst: str
-    """Parameter with the largest uncertainty without it."""
+    """Parameter with the widest interval without the recording."""
     now: float
     """Relative half-width of that parameter's interval."""
     then: float
-    """Relative half-width of the largest interval with it."""
+    """Relative half-width of the widest interval with the recording."""
     opens: tuple[str, ...]
-    """Parameters that it would determine."""
+    """Names of unknown parameters that the recording would determine."""
     opened: tuple[float, ...] = ()
-    """Relative half-width of the interval of each of these."""
+    """Relative half-width of the interval of each parameter in ``opens``."""
 
     def report(self) -> dict[str, Any]:
         """Return the fields by name."""

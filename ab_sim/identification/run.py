@@ -37,7 +37,7 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 NEAR = 0.7
-"""Speed relative to the critical speed below which a run tells little about the suspension."""
+"""Top speed, relative to the critical speed, below which a run hardly determines the damping."""
 UNEXPLAINED = 0.5
 """Relative r.m.s. of residuals above which a fit explains nothing."""
 FAR_OFF = 300.0
@@ -55,9 +55,9 @@ class Question(NamedTuple):
     bounds: Dictionary[str, tuple[float, float]] = {}
     seed: int = 0
     hold_open: bool = True
-    """Flag to fix parameters that the recordings do not determine."""
+    """True to fix parameters that the recordings do not determine."""
     propose: bool = True
-    """Flag to propose the next recording."""
+    """True to propose the next recording."""
 
 
 def run_identification(
@@ -93,8 +93,8 @@ def run_identification(
             return work.run(shared)
         except WorkerLost as lost:
             raise WorkerLost(
-                "a process that shared the search was ended, by a signal or for want of memory: "
-                "run it again, with fewer --workers where memory is short"
+                "a worker process of the search was ended by a signal or by lack of memory; run it "
+                "again, with fewer --workers if memory is short"
             ) from lost
 
 
@@ -121,9 +121,9 @@ class _Work:
         try:
             values = _within_a_turn(problem, search.run().values)
             _check_doubts(problem, values)
-            problem = problem.with_noise(self._left(problem, values))
+            problem = problem.with_noise(self._spreads(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
-            problem = problem.with_noise(self._left(problem, values))
+            problem = problem.with_noise(self._spreads(problem, values))
             if question.hold_open:
                 open_after = knowledge_of(problem, values, held)
                 held = sorted({*held, *open_after.held})
@@ -132,7 +132,7 @@ class _Work:
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
             values = _within_a_turn(problem, search.best)
-            problem = problem.with_noise(self._left(problem, values))
+            problem = problem.with_noise(self._spreads(problem, values))
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)
         comparisons = [
@@ -190,7 +190,7 @@ class _Work:
         fitted, notes = self._fitted_scene(values)
         notes += [
             f"{name}: searches from {DRAWS} draws of starts ended in different minima: the best "
-            "one may be wrong; begin with a scene that is nearer, or try another --seed"
+            "one may be wrong; start from a scene closer to the drive, or try another --seed"
             for name in search.disagreements
         ]
         notes += [
@@ -208,7 +208,7 @@ class _Work:
         )  # fmt: skip
 
     def _fitted_scene(self, values: np.ndarray) -> tuple[Scene, list[str]]:
-        """Return the fitted scene and notes; it starts like the first recording with balls."""
+        """Return the fitted scene, which starts like the first recording with balls, and notes."""
         problem, notes = self._problem, []
         changes = {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"}
         for k, measured in enumerate(problem.recordings):
@@ -240,17 +240,17 @@ class _Work:
                 raise InputError(
                     f"{measured.name}: its signals' r.m.s. is {measured.rms:.3g} {measured.unit}, "
                     f"{ratio:.2g} times what the scene {self._scene.name} gives; is their unit "
-                    "right? if so, begin with a scene that is nearer"
+                    "right? if so, start from a scene closer to the drive"
                 )
 
     def _last(self, *_: object) -> None:
-        self._tell("all recordings, to the last digit", 0, 1)
+        self._tell("all recordings, final fit", 0, 1)
 
-    def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
-        """Return the standard deviation of each recording's residuals."""
+    def _spreads(self, problem: Problem, values: np.ndarray) -> list[float]:
+        """Return a robust standard deviation of each recording's residuals."""
         parts = []
         for k, measured in enumerate(problem.recordings):
-            residuals = problem.left(k, values)
+            residuals = problem.whitened_residuals(k, values)
             # Limit the influence of outliers by a robust estimate.
             spread = float(np.nanmedian(np.abs(residuals))) / 0.6745
             rms = float(np.sqrt(np.nanmean(residuals**2)))
@@ -262,7 +262,7 @@ def _check_doubts(problem: Problem, values: np.ndarray) -> None:
     """Refuse a doubtful recording if the fit does not explain it either.
 
     Raises:
-        InputError: with the message of the recording's check.
+        InputError: the residuals are large; the message is that of the recording's check.
     """
     for k, measured in enumerate(problem.recordings):
         if measured.doubt:

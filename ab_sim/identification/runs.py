@@ -25,7 +25,7 @@ class AlikeRuns:
         self._lanes = LaneGroup(first, 1) if first.fits_lane else None
 
     def samples(self, runs: Sequence[PreparedRun]) -> np.ndarray | None:
-        """Return all steps of each run, (runs, steps, channels); None if one of them diverges."""
+        """Return all steps of each run, shape (runs, steps, channels); None if a run diverges."""
         steps, channels = self.first.steps, len(self.first.channels)
         if self._lanes is None:
             done, _ = run_one_by_one(runs, 1)

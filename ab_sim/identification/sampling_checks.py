@@ -71,8 +71,8 @@ def _repeats(values: np.ndarray) -> _Repeats | None:
 
 
 HOLDS = (
-    "is held: it changes every {:g} samples only, and repeats its last value until then, which "
-    "is late by half of that; "
+    "is held: it changes every {:g} samples only and repeats its last value in between, which "
+    "delays it by half that time; "
 )
 
 
@@ -82,8 +82,13 @@ def check_held(values: np.ndarray, what: str, name: str) -> None:
     A coarse resolution also repeats values. Its changes, however, are of one or two steps and
     irregular in time.
 
+    Args:
+        values: speed or angle of the spindle, in any unit.
+        what: name of the column.
+        name: name of the recording.
+
     Raises:
-        InputError: see ``check_time``.
+        InputError: the values are held; the message states the interval and the remedy.
     """
     repeats = _repeats(values)
     if repeats is None:
@@ -99,8 +104,13 @@ def check_held(values: np.ndarray, what: str, name: str) -> None:
 def check_held_signal(values: np.ndarray, what: str, name: str) -> None:
     """Refuse a signal that is sampled more slowly than the rows, and held between its samples.
 
+    Args:
+        values: signal, NaN for missing samples.
+        what: name of the column.
+        name: name of the recording.
+
     Raises:
-        InputError: see ``check_time``.
+        InputError: the values are held; the message states the interval and the remedy.
     """
     repeats = _repeats(values[np.isfinite(values)])
     if repeats is None or repeats.coarse or repeats.usual < 2.0:
@@ -108,6 +118,6 @@ def check_held_signal(values: np.ndarray, what: str, name: str) -> None:
     # A signal at rest and a clipped one also repeat values, but not as regularly.
     if np.mean(np.abs(repeats.lengths - repeats.usual) <= 1.0) > REGULAR:
         raise InputError(
-            f"{name}: {what}: {HOLDS.format(repeats.usual)}keep the rows at which it changes; of a "
-            "ROS bag, give the bag and not its import"
+            f"{name}: {what}: {HOLDS.format(repeats.usual)}keep the rows at which it changes; for "
+            "a ROS bag, give the bag and not its import"
         )

@@ -82,7 +82,7 @@ def minimise(
         free: indices of the free parameters.
         steps: largest number of iterations.
         last: whether to use a robust loss and central differences.
-        seen: called with each point; an exception in it ends the work.
+        seen: called with each point; an exception in it ends the minimisation.
     """
     free = list(free)
     if not free:
@@ -345,12 +345,12 @@ def _between(part: Problem, j: int, now: float, share: float) -> float:
 
 
 def _places(whole: Problem, part: Problem) -> list[int]:
-    """Return the indices of some parameters among all parameters of the problem."""
+    """Return the index in the whole problem of each parameter of a part."""
     return [whole.names.index(name) for name in part.names]
 
 
 def _distinct(fits: Sequence[Fitted]) -> list[Fitted]:
-    """Return the results without duplicates of better ones."""
+    """Return results in rising order of cost, without those of equal cost."""
     kept: list[Fitted] = []
     for fit in fits:
         if all(abs(fit.cost - other.cost) > 1e-6 * max(other.cost, 1e-12) for other in kept):

@@ -41,7 +41,7 @@ FAULTS = "faults"
 
 @dataclass(frozen=True)
 class Table:
-    """Contents of a file."""
+    """Named columns of a file, with units and the description of its run."""
 
     name: str
     columns: Mapping[str, np.ndarray]
@@ -85,8 +85,8 @@ class Table:
         Raises:
             InputError: the mapping gives another unit than the column has.
         """
-        unit = self.columns.get(name)
-        if unit is None or unit.dtype.kind not in "mM":
+        values = self.columns.get(name)
+        if values is None or values.dtype.kind not in "mM":
             return self.units.get(name) if written is None else written
         if written not in (None, "s"):
             raise InputError(
@@ -138,7 +138,9 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
     if ending == ".csv" and read.num_columns == 1 and (fault := _csv_fault(path, encoding)):
         raise InputError(f"{path}: cannot be read as a table: {fault}")
     if all(map(_is_number, read.column_names)):
-        raise InputError(f"{path}: its first line is numbers; must name the columns: t [s],x [mm]")
+        raise InputError(
+            f"{path}: its first line is numbers; must name the columns, e.g. t [s],x [mm]"
+        )
     _check_rows(path, read.num_rows)
     notes = (f"its head is not UTF-8; it was read as {encoding}",) if encoding == LATIN_1 else ()
     try:
@@ -212,7 +214,7 @@ def _contents(values: np.ndarray) -> str:
 
 
 def _csv_fault(path: Path, encoding: str) -> str:
-    """Return the known fault of a table as text, or an empty text."""
+    """Describe the likely fault of a CSV file; return an empty text if it is unknown."""
     with path.open(encoding=encoding, errors="replace") as file:
         head = file.readline()
         columns = head.count(",") + 1
@@ -293,7 +295,7 @@ def _of_bag(path: Path, rows_of: str | None) -> Table:
         import_result = import_bag(path, Path(folder) / "bag.rrd", rows_of=rows_of)
         if len(import_result.files) > 1:
             raise InputError(
-                f"{path}: holds {len(import_result.files)} runs, one after the other; make "
-                f"recordings of them (ab-sim import) and give those that are meant"
+                f"{path}: holds {len(import_result.files)} successive runs; convert them to "
+                "recordings (ab-sim import) and give the wanted ones"
             )
         return _of_recording(open_recording(import_result.files[0]), path.stem)

@@ -38,7 +38,7 @@ def tried_scales(
     problem: Problem, values: np.ndarray, white: Sequence[bool], held: Sequence[int], seed: int,
     tell: Progress, workers: Workers,
 ) -> tuple[TriedEffect, ...]:  # fmt: skip
-    """Try another time scale for each recording that is not explained, the best first.
+    """Try another time scale for each recording whose residuals are not noise.
 
     Args:
         problem: problem with all recordings.
@@ -48,6 +48,9 @@ def tried_scales(
         seed: seed of the start angles.
         tell: progress callback.
         workers: worker processes for the search.
+
+    Returns:
+        The trials, the best first.
     """
     before, cost = total_z(whiteness_over(problem, values)), problem.cost(values)
     free = [j for j in range(len(problem.parameters)) if j not in held]
@@ -101,7 +104,7 @@ def tried_scales(
 
 
 def _drift(measured: Measured) -> tuple[float, float]:
-    """Return the relative excess of whirl speed over spindle speed, and the turns compared."""
+    """Return the relative excess of whirl speed over spindle speed, and the number of turns."""
     there = np.isfinite(measured.signals).all(axis=1)
     time, angle = measured.time[there], measured.spindle_angle[there]
     speed = np.abs(np.gradient(angle, time))

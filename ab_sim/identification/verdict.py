@@ -38,7 +38,7 @@ ASKED = {
 }
 """Questions to the user if a parameter of a recording explains its residuals."""
 SCALED, STEADY, PARTS = 0.05, 0.1, 10
-"""Least deviation of a scale factor from 1; its relative variation within a recording; parts."""
+"""Tests of a scale factor: least deviation from 1, largest relative variation, number of parts."""
 
 
 class Misfit(NamedTuple):
@@ -169,15 +169,18 @@ def verdict_of(findings: Findings) -> tuple[str, list[str]]:
 
 def _noise_words(one: Whiteness) -> list[str]:
     if not one.judged:
-        return [f"{one.recording}: no noise to judge by: {one.share:.2g} of the signals is left"]
+        return [
+            f"{one.recording}: too little noise for a test: the residuals are {one.share:.2g} of "
+            "the signals"
+        ]
     if one.white:
         return [
-            f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
+            f"{one.recording}: the residuals are noise: Ljung-Box z = {one.z:.1f}, "
             f"{100 * one.share:.3g} % of the signals"
         ]
-    which = "Ljung-Box z" if one.z >= one.turning_z else "it turns with the spindle, z"
+    which = "Ljung-Box z" if one.z >= one.turning_z else "they turn with the spindle, z"
     return [
-        f"{one.recording}: what is left is no noise: {which} = {one.worst:.1f}, more than 4",
+        f"{one.recording}: the residuals are not noise: {which} = {one.worst:.1f}, more than 4",
         *(f"{one.recording}: {sign}" for sign in one.signs),
     ]
 
@@ -192,17 +195,17 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
     """Return sentences on effects that explain the residuals, and on fitting the first of them."""
     best = next((trial for trial in tried if not trial.failure), None)
     if best is None or best.explains < NAMED:
-        return ["nothing tried by itself explains it"] if tried else []
+        return ["no single trial explains the residuals"] if tried else []
     if not explained_by(tried):
         return [
-            f"nothing tried by itself explains it; the nearest is {best.name}, "
-            f"with which z = {best.z:.1f}"
+            f"no single trial explains the residuals; the best is {best.name}, "
+            f"with z = {best.z:.1f}"
         ]
     names = " or ".join(as_good_as_the_best(tried))
     if best.nuisance:
         values_text = ", ".join(f"{name} = {value:.4g}" for name, value in best.values.items())
         return [
-            f"{names} would explain it: with {values_text} z = {best.z:.1f}: "
+            f"{names} would explain the residuals: with {values_text} z = {best.z:.1f}: "
             + ASKED[best.nuisance]
             + (f" to fit it: --free {best.nuisance}" if best.nuisance in NUISANCES else "")
         ]
@@ -211,7 +214,7 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
     # Unequal springs replace the equal ones, which ``--set`` cannot remove.
     beside = best.name != UNEQUAL
     return [
-        f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "
+        f"{names} would explain the residuals: with it z = {best.z:.1f}, and the sum of squares "
         f"falls by {best.drop:.4g} noise variances",
         *([f"to fit it: {sets} --fit {keys}"] if beside and best.values else []),
     ]

@@ -100,7 +100,7 @@ MAPS = [
      .replace("angle: {column: encoder, unit: deg}", ""), "samples in a turn|times the spindle's"),
     ("unit of something else", drives.MAP.replace("ch1, unit: mm", "ch1, unit: V"),
      "neither of a displacement nor|unit 'V'"),
-    ("no unit", drives.MAP.replace(", unit: mm", ""), "has no unit; say so"),
+    ("no unit", drives.MAP.replace(", unit: mm", ""), "has no unit; give it"),
     ("unknown key", drives.MAP + "sampel: 3\n", "sampel: there is no such key; did you mean"),
     ("time twice", drives.MAP + "sampling: 1 kHz\n", "exactly one of time .* and sampling"),
     ("no spindle", "time: {column: t}\nsignals: [{column: ch1, unit: mm}]\n", "angle or keyphasor"),

@@ -107,8 +107,10 @@ def test_a_change_on_the_way_is_told_with_its_time(tmp_path: Path, fault: str) -
 
 def test_a_sensor_that_sits_turned_from_the_beginning_is_asked_about(tmp_path: Path) -> None:
     found = identified(recorded(tmp_path / "run.rrd", "pickup turned 0.5", at=1))
-    (sign,) = (reason for reason in found.reasons if "would explain it" in reason)
-    assert sign.startswith("disc_angle of run would explain it: with encoder zero = -0.5")
+    (sign,) = (reason for reason in found.reasons if "would explain the residuals" in reason)
+    assert sign.startswith(
+        "disc_angle of run would explain the residuals: with encoder zero = -0.5"
+    )
     assert "is the sensor turned" in sign and sign.endswith("to fit it: --free disc_angle")
     assert not any("fits until" in reason for reason in found.reasons)
 
@@ -122,6 +124,6 @@ def test_a_sensor_that_is_late_is_asked_about(tmp_path: Path) -> None:
         [], drives.scene(GUESS), DECK, without_balls=[file], maps=[drives.mapping(tmp_path)],
         propose=False,
     )  # fmt: skip
-    (sign,) = (reason for reason in found.reasons if "would explain it" in reason)
-    assert sign.startswith("delay of late would explain it: with delay of late = 0.003")
+    (sign,) = (reason for reason in found.reasons if "would explain the residuals" in reason)
+    assert sign.startswith("delay of late would explain the residuals: with delay of late = 0.003")
     assert "is the sensor late?" in sign

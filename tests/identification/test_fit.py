@@ -160,7 +160,9 @@ def test_a_missing_effect_is_flagged_and_named(tmp_path: Path) -> None:
     assert found.tried[0].values["effects.hardening_suspension.cubic_stiffness"] == pytest.approx(
         2e7, rel=0.1
     )
-    assert any("hardening_suspension would explain it" in reason for reason in found.reasons)
+    assert any(
+        "hardening_suspension would explain the residuals" in reason for reason in found.reasons
+    )
     (hint,) = (reason for reason in found.reasons if reason.startswith("to fit it: "))
     key = "effects.hardening_suspension.cubic_stiffness"
     assert hint.endswith(f" --fit {','.join([*DECK, key])}")
@@ -177,7 +179,7 @@ def test_a_sensor_that_drifts_is_seen(tmp_path: Path) -> None:
         propose=False,
     )  # fmt: skip
     assert found.verdict == OFF
-    assert "drifts: axis 2 drifts by 0.0001: does its sensor?" in found.reasons
+    assert "drifts: axis 2 drifts by 0.0001: does its sensor drift?" in found.reasons
 
 
 def test_gain_and_eccentricity_cannot_be_told_apart_without_balls(tmp_path: Path) -> None:

@@ -147,7 +147,7 @@ def test_a_sensitivity_makes_voltages_signals() -> None:
     assert sensitivity_factor("100 mV/g_0", None, "m/s^2", "") == pytest.approx(0.0980665)
     assert sensitivity_factor("-8 mV/um", "V", "m", "") == pytest.approx(-1.25e-4)
     for wrong in ("100 mV", "0 mV/g", "mV/g"):
-        with pytest.raises(InputError, match="must be such as 100 mV/g_0"):
+        with pytest.raises(InputError, match="must be like 100 mV/g_0"):
             sensitivity_factor(wrong, "V", "m/s^2", "bench: signals.0")
     with pytest.raises(InputError, match="bench: signals.0.sensitivity"):
         sensitivity_factor("100 mV/g", "V", "m", "bench: signals.0")
