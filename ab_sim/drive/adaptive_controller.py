@@ -60,11 +60,11 @@ class EstimatesAt(NamedTuple):
 class AdaptiveController:
     """Controller of a drive's adaptive start-up, between sensors and commands (``RunController``).
 
-    Its first sample is that of the sensor's first period; until then it commands nothing, as a live
-    drive in lock step.
+    Until it has received the sample of the sensor's first period it commands nothing, like the
+    controller of a live drive in lock step.
 
     Args:
-        scene: with an adaptive profile.
+        scene: scene with an adaptive profile.
         faults: faults of the drive; those of the sensor and of the spindle's speed alter the input.
     """
 
@@ -77,7 +77,7 @@ class AdaptiveController:
         self.history: list[EstimatesAt] = []
         """Estimates at each command so far."""
         self._decided = 0
-        self._sensor, self._heard = profile.sensor, {profile.sensor, SPINDLE}
+        self._sensor, self._inputs = profile.sensor, {profile.sensor, SPINDLE}
         self._step_ns = round(step * 1e9)
         self._per_command = profile.steps_per_command(step)
         self._per_sample = steps_per_sample(scene.pickups[profile.sensor].sample_rate, step)
@@ -103,18 +103,18 @@ class AdaptiveController:
     def command(self, newest: Trajectory, step: int) -> float | None:
         """Return the command of a step; see ``RunController``."""
         if len(newest):
-            self._hear(newest)
+            self._receive(newest)
         return None if step % self._per_command else self._decide(stamped_time(step, self._step_ns))
 
-    def _hear(self, run: Trajectory) -> None:
+    def _receive(self, run: Trajectory) -> None:
         rows, at = taken(run, self._per_sample), run.channels.index
         steps = rows[:, 0].astype(np.int64)
         first = at(f"{self._sensor}_1")
-        readings = self._faults.said(self._sensor, rows[:, first : first + 2].T, steps)
-        speed = self._faults.said(SPINDLE, rows[:, at("speed")], steps)
+        readings = self._faults.altered(self._sensor, rows[:, first : first + 2].T, steps)
+        speed = self._faults.altered(SPINDLE, rows[:, at("speed")], steps)
         columns = np.column_stack((rows[:, at("angle")], speed, readings.T))
         for step, row in zip(steps.tolist(), columns.tolist(), strict=True):
-            if not self._faults.silent(step) & self._heard:
+            if not self._faults.silent(step) & self._inputs:
                 self.start_up.sample(stamped_time(step, self._step_ns), *row)
 
     def _decide(self, time: float) -> float | None:

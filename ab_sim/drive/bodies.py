@@ -58,7 +58,7 @@ def body_names(scene: Scene) -> list[str]:
 
 
 def motion_of(name: str, scene: Scene, now: Observation) -> BodyMotion:
-    """Return the motion of a body. A runout of the race is left out, as in the URDF."""
+    """Return the motion of a body, without a runout of the race, as in the URDF."""
     place, velocity, acceleration = (
         np.pad(vector, (0, 3 - len(vector)))
         for vector in (now.position, now.velocity, now.acceleration)
@@ -90,16 +90,16 @@ def motion_of(name: str, scene: Scene, now: Observation) -> BodyMotion:
 
 
 def moved(drive: Drive, name: str, pose: BodyPose | None, velocity: BodyRates | None) -> Snapshot:
-    """Return the snapshot of a drive with its deck, or a ball, elsewhere.
+    """Return the snapshot of a drive with another state of its deck or of a ball.
 
     Args:
         drive: drive, which does not change.
         name: body to move.
-        pose: new pose; of a ball, the place on its race. None: unchanged.
-        velocity: new velocity; of a ball, the speed along its race. None: unchanged.
+        pose: new pose; only the position along the race is used for a ball. None: unchanged.
+        velocity: new velocity; only the speed along the race is used for a ball. None: unchanged.
 
     Raises:
-        InputError: the body cannot be there; the message has the reason.
+        InputError: the pose or velocity is impossible; the message states the reason.
         SceneError: the state of the body cannot be set in this scene.
     """
     numbers = [*(x for part in pose or () for x in part), *(x for v in velocity or () for x in v)]
@@ -188,6 +188,6 @@ def _ball(name: str, scene: Scene) -> int:
 
 
 def _on_race(scene: Scene, ball: int, angle: float) -> list[float]:
-    """Return the place of a ball on deck axes [m], at an angle from the deck's x axis [rad]."""
+    """Return the position on deck axes [m] of a ball at an angle from the deck's x axis [rad]."""
     radius, height = scene.race.radius, scene.race.heights[scene.balls.races[ball]]
     return [radius * math.cos(angle), radius * math.sin(angle), height]

@@ -17,14 +17,14 @@ class TimedDecision(NamedTuple):
 class RunController(Protocol):
     """Controller that receives sensor readings, faults included, and commands the drive.
 
-    It is called every period from t = 0 on for a speed, after it has received all samples up to and
-    including that instant.
+    ``command`` is called every period from t = 0 on, with all samples up to and including that
+    instant.
     """
 
     decisions: list[TimedDecision]
     """Decisions so far."""
     aborted: TimedDecision | None
-    """TimedDecision to ramp down, with its reason; None if there was none."""
+    """Decision to ramp down, with its reason; None if there was none."""
 
     @property
     def state(self) -> Any:
@@ -41,7 +41,7 @@ class RunController(Protocol):
         """Return the first step after this one at which a command is due."""
 
     def command(self, newest: Trajectory, step: int) -> float | None:
-        """Return the speed to command at a step [rad/s]; None if none is due, or while it waits.
+        """Return the speed to command at a step [rad/s]; None if no command is due or ready.
 
         Args:
             newest: all steps since the last call, this one included; empty at the start.
@@ -50,5 +50,5 @@ class RunController(Protocol):
 
 
 def stamped_time(step: int, step_ns: int) -> float:
-    """Return the time of a step [s], with the bits that a receiver of its stamp [ns] computes."""
+    """Return the time of a step [s], bit-identical to the value computed from its stamp [ns]."""
     return step * step_ns * 1e-9

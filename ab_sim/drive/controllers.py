@@ -12,10 +12,7 @@ from ab_sim.scene.model import Scene
 
 
 def controller_of(scene: Scene, faults: Iterable[Fault] = ()) -> RunController | None:
-    """Return the controller of a drive from its start on.
-
-    None if its profile is known in advance.
-    """
+    """Return the controller of a drive at its start; None if its profile is known in advance."""
     if not scene.is_controlled:
         return None
     adaptive = isinstance(scene.profile, AdaptiveProfile)
@@ -25,7 +22,7 @@ def controller_of(scene: Scene, faults: Iterable[Fault] = ()) -> RunController |
 def restored_controller(
     scene: Scene, faults: Iterable[Fault], snapshot: Snapshot
 ) -> RunController | None:
-    """Return the controller of a drive from a snapshot on; None if there is none.
+    """Return the controller of a drive in the state of a snapshot; None if it has none.
 
     Raises:
         ValueError: the snapshot belongs to a drive with another profile.
@@ -34,6 +31,6 @@ def restored_controller(
         return None
     controller = controller_of(scene, faults)
     if controller is None:
-        raise ValueError("the snapshot is of a drive whose profile decides while it runs")
+        raise ValueError("the snapshot is of a drive with a profile controller, this one has none")
     controller.restore(snapshot.controller)
     return controller

@@ -18,9 +18,10 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
     ``check_scene(describe(scene)["scene"], "a recording")`` returns the scene.
 
     Args:
-        scene: with its solver as in a drive, so that a repetition measures nothing and gives the
-            same bits.
-        accuracy: origin of that solver, ``Price.report``, if an accuracy was requested.
+        scene: scene with the solver that the drive uses, not with an accuracy, so that a repetition
+            gives the same bits.
+        accuracy: origin of that solver, ``WorkPrecision.report``; None if no accuracy was
+            requested.
     """
     radii, system = scene.balls.radii, system_of(scene)
     return {

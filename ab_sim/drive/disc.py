@@ -1,8 +1,8 @@
 """Replacement of the disc of a drive: an unbalance of another size and direction.
 
-Rotating axis 1 points at the unbalance, and ball angles count from it. A disc whose unbalance lies
-ahead by an angle turns that axis and moves nothing: ball angles decrease by the angle, and the
-spindle's angle, which is that of the axis from the ground, increases by it.
+Rotating axis 1 points at the unbalance, and ball angles count from it. If the new unbalance lies
+ahead of the old one by an angle, only that axis turns and nothing moves: ball angles decrease by
+the angle, and the spindle's angle, which is that of the axis in the inertial frame, increases.
 """
 
 import math
@@ -41,7 +41,7 @@ def with_disc(
     if further and not turns_alike(scene):
         raise SceneError(
             f"disc_angle = {further:g} rad: rotor.inertia of {scene.name} is on axes that begin at "
-            "the unbalance, and what of it is the disc's is not known; leave the angle at 0"
+            "the unbalance, and the disc's part of it is unknown; leave the angle at 0"
         )
     changes: dict[str, object] = {"rotor.eccentricity": eccentricity}
     runout = scene.effects.get("race_runout")
@@ -55,7 +55,7 @@ def with_disc(
 
 
 def turns_alike(scene: Scene) -> bool:
-    """Return whether a turn about the shaft changes only the unbalance's direction of a rotor."""
+    """Return whether turning the rotor about the shaft changes only its unbalance's direction."""
     if scene.rotor.inertia is None:
         return True
     inertia = inertia_matrix(scene.rotor.inertia)
@@ -63,9 +63,9 @@ def turns_alike(scene: Scene) -> bool:
 
 
 def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapshot]:
-    """Return the function that converts snapshots to rotating axes further by an angle [rad].
+    """Return the function that converts snapshots to rotating axes turned by an angle [rad].
 
-    Nothing moves as seen from the ground.
+    Nothing moves in the inertial frame.
     """
     layout, balls = layout_of(system), len(system.balls)
 

@@ -1,4 +1,4 @@
-"""The error for a state out of bounds, with its likely cause in the scene or the step."""
+"""Error for a state out of bounds, with its likely cause in the scene or the step."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ def diverged(beyond: Sequence[str], stepper: Stepper, step: float, time: float) 
     Args:
         beyond: variables of the state that are out of bounds.
         stepper: stepper in use.
-        step: its step [s].
+        step: integration step [s].
         time: end of the step that went out of bounds [s].
     """
     wrong = list(beyond)

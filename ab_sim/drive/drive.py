@@ -1,4 +1,4 @@
-"""One running drive: create it from a scene, command it, advance it, observe it. Without ROS."""
+"""Running drive that is created from a scene, commanded, advanced and observed, without ROS."""
 
 import math
 
@@ -81,11 +81,11 @@ class Drive:
         if energy_balance and "spindle_acceleration" not in scene.effects:
             raise SceneError(
                 "an energy balance needs the effect spindle_acceleration: without it the equations "
-                "leave out what the motor's torque does, and no energy balance can close"
+                "leave out the work of the motor's torque, and no energy balance can close"
             )
         if energy_balance and faults:
             raise ValueError(
-                "a drive with faults keeps no energy balance: what a shock takes is not booked"
+                "a drive with faults keeps no energy balance: losses in a shock are not counted"
             )
         check_faults(faults, scene)
         self.scene, self.faults = scene, faults
@@ -268,13 +268,13 @@ class Drive:
     def _advance(self, steps: int) -> Trajectory:
         samples, first = self._room_for(steps), self.steps
         if self.controller is None:
-            return self._go_on(samples)
+            return self._record(samples)
         while self.steps < first + steps:
             part = slice(self.steps - first, self.controller.next(self.steps) - first)
-            self._obey(self._go_on(samples[part]))
+            self._obey(self._record(samples[part]))
         return Trajectory(self.channels, samples)
 
-    def _go_on(self, samples: np.ndarray) -> Trajectory:
+    def _record(self, samples: np.ndarray) -> Trajectory:
         """Take one step for each row of ``samples`` and write the samples to it."""
         if steps := len(samples):
             self._take(self._step_plan, steps, samples)
@@ -334,7 +334,9 @@ class Drive:
             The drive was created without ``energy_balance=True``.
         """
         if not self.system.energy_balance:
-            raise ValueError("this drive keeps no energy balance: make it with energy_balance=True")
+            raise ValueError(
+                "this drive keeps no energy balance: create it with energy_balance=True"
+            )
         stored = self.system.mechanical_energy(self._state, *self._spindle())
         work, dissipated = self._state[self.layout.energy_balance]
         return EnergyBalance(stored, self._start_energy, float(work), float(dissipated))

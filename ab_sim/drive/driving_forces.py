@@ -1,4 +1,4 @@
-"""The driving force of the thesis on the balls: a derived quantity, not a term of the equations."""
+"""Driving force of the thesis on the balls: a derived quantity, not a term of the equations."""
 
 from typing import NamedTuple
 
@@ -65,9 +65,9 @@ class DrivenBalls(NamedTuple):
         the signed form.
 
         Args:
-            x, y: displacement of the race's centre [m]; in the plane: the deck's on inertial axes.
+            x, y: displacement of the race's centre [m]; in the plane, of the deck on inertial axes.
             angle: angles psi_i of the balls on the same axes [rad].
-            speed: their absolute speeds psi_i' [rad/s].
+            speed: absolute speeds psi_i' of the balls [rad/s].
         """
         # sin gamma = sin(psi_i - delta), cos gamma = -cos(psi_i - delta), delta the whirl's
         # direction.
@@ -89,5 +89,6 @@ def _race_centres(trajectory: Trajectory, heights: tuple[float, ...]) -> np.ndar
         return place
     lift = np.zeros((len(heights), 3))
     lift[:, 2] = heights
-    # A row times the matrix from deck axes to inertial axes is a column turned the other way.
+    # A row vector times the matrix from deck axes to inertial axes gives the components on deck
+    # axes.
     return (place - lift) @ trajectory.turned + lift

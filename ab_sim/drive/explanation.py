@@ -1,4 +1,4 @@
-"""Quantities that pictures of a scene's run show as explanation, as JSON-able values."""
+"""Quantities that explain a scene's run in pictures, as JSON-able values."""
 
 import math
 from typing import Any
@@ -21,13 +21,14 @@ def explain(scene: Scene) -> dict[str, Any]:
     """Return the quantities that explain a run; each is None if it has no meaning.
 
     Returns:
-        ``motion``, how large the deck's motion is [m], to choose the scale of a drawing;
-        ``unbalance`` M0 e and ``moments`` m_i R [kg m]; ``balance`` with ``angles`` [rad],
-        ``residual`` [kg m] and ``many`` (`drive.balance.Balance`), or with ``left_out``, why there
-        is none; ``alone`` with the fields of `drive.alone.Alone`, or ``left_out``; ``driven`` with
-        those of `DrivenBalls`; ``critical_speed`` [rad/s]; ``top_speed`` of the profile [rad/s];
-        ``variable_speed_period`` with its ``start_speed``, ``end_speed`` [rad/s] and
-        ``acceleration``, and that ``around`` it [rad/s^2].
+        - ``motion``: expected size of the deck's motion [m], for the scale of a drawing.
+        - ``unbalance``, ``moments``: M0 e and m_i R [kg m].
+        - ``balance``: fields of `drive.balance.Balance`, or ``left_out`` with the reason for none.
+        - ``alone``: fields of `RotorWithoutBalls`, or ``left_out`` with the reason for none.
+        - ``driven``: fields of `DrivenBalls`.
+        - ``critical_speed``, ``top_speed``: that of the suspension and of the profile [rad/s].
+        - ``variable_speed_period``: ``start_speed``, ``end_speed`` [rad/s], ``acceleration`` during
+          the period, and ``around`` it [rad/s^2].
     """
     return {
         "motion": _motion(scene),
@@ -65,7 +66,7 @@ def _motion(scene: Scene) -> float:
 def _peak(scene: Scene) -> float:
     """Return the whirl at the critical speed without balls [m].
 
-    Without a closed form or damping, return 0.
+    If there is no closed form or no damping, return 0.
     """
     alone, top = _alone(scene), top_speed_of(scene)
     if "left_out" in alone or not alone["damping"] > 0.0:
@@ -85,7 +86,7 @@ def _balance(scene: Scene) -> dict[str, Any] | None:
 
 
 def _alone(scene: Scene) -> dict[str, Any]:
-    """Return the fields of the rotor without balls, or why the closed form does not hold."""
+    """Return the fields of the rotor without balls, or the reason for which there are none."""
     if scene.deck is not None:
         return {"left_out": "the deck moves in space"}
     others = {name: effect for name, effect in scene.effects.items() if name != "suspension"}

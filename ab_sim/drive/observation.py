@@ -1,4 +1,4 @@
-"""Observation of a drive at one instant, and the snapshot to return to it."""
+"""Observation of a drive at one instant, and snapshot of its complete state."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -12,12 +12,12 @@ from ab_sim.model.spindle import SpeedSchedule
 
 @dataclass(frozen=True)
 class Observation:
-    """The drive at one instant, in SI units; rotating axis 1 points at the unbalance."""
+    """State of a drive at one instant, in SI units; rotating axis 1 points at the unbalance."""
 
     time: float
     """Time [s]."""
     steps: int
-    """Whole integration steps taken."""
+    """Number of whole integration steps taken."""
     psi: float
     """Spindle angle [rad], unwrapped."""
     omega: float
@@ -74,7 +74,7 @@ class Observation:
 
 
 class EnergyBalance(NamedTuple):
-    """The energy balance since the start, all [J]: stored = at start + motor work - dissipated."""
+    """Energy balance since the start [J]: stored = at_start + motor_work - dissipated."""
 
     stored: float
     at_start: float
@@ -98,14 +98,13 @@ class Snapshot(NamedTuple):
     """Acceleration towards the commanded speed [rad/s^2]."""
     pickups: dict[str, PickupState]
     controller: Any = None
-    """State of the profile controller, JSON-able, if the profile decides while it runs; else
-    None."""
+    """JSON-able state of the profile controller; None if the profile is known in advance."""
 
     def check_like(self, other: "Snapshot") -> None:
-        """Refuse a snapshot that is not of a drive with the same scene as another snapshot's.
+        """Refuse a snapshot that cannot belong to the same scene as another one.
 
         Raises:
-            ValueError: the message states the difference.
+            ValueError: balls, step, effects or sensors differ; the message states the difference.
         """
         if self.state.shape != other.state.shape or self.step != other.step:
             raise ValueError("the snapshot is of a drive with other balls, step or energy balance")

@@ -1,6 +1,6 @@
-"""Orientation of a deck in space: quaternions (w, x, y, z) from its axes to the ground's.
+"""Orientation of a deck in space: quaternions (w, x, y, z) from deck axes to inertial axes.
 
-They need not have unit length; the last axis of every array is that of the four numbers.
+Any length is allowed. The last axis of every array has the four numbers.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ NONE = (1.0, 0.0, 0.0, 0.0)
 
 
 def matrix_of(turn: np.ndarray) -> np.ndarray:
-    """Return rotation matrices, shape (..., 3, 3)."""
+    """Return the rotation matrices of quaternions, shape (..., 3, 3)."""
     unit = turn / np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
     w, x, y, z = unit[..., 0], unit[..., 1], unit[..., 2], unit[..., 3]
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z

@@ -1,7 +1,7 @@
-"""Overlaps of balls that have a radius but no contact: the pairs and their first times.
+"""Overlaps of balls that have a radius but no contact: pairs of balls and first times.
 
-Without the effect ``ball_contact`` balls pass through each other, whatever their radius, which is
-then used for spin and friction only. A run with overlaps shows a motion that no real drive has.
+Without the effect ``ball_contact`` balls pass through each other; their radius is used for spin and
+friction only. A run with overlaps shows a motion that no real drive has.
 """
 
 import math
@@ -32,8 +32,8 @@ class Overlap(NamedTuple):
 class OverlapAccumulator:
     """Detector of overlaps in successive samples.
 
-    Two balls overlap if the chord between their centres is shorter than a_i + a_j, with a round
-    race. They also overlapped if one has passed the other between two samples.
+    Two balls overlap if the chord between their centres on a round race is shorter than a_i + a_j.
+    They have also overlapped if one has passed the other between two samples.
 
     Args:
         scene: scene of the samples.
@@ -59,9 +59,9 @@ class OverlapAccumulator:
 
     @property
     def found(self) -> tuple[Overlap, ...] | None:
-        """Return the overlaps so far, each pair once, in order of time.
+        """Return the first overlap of each pair so far, in order of time.
 
-        None if balls cannot overlap.
+        Return None if balls cannot overlap.
         """
         return tuple(self._found) if self.possible else None
 
@@ -74,8 +74,8 @@ class OverlapAccumulator:
         """Process the next samples.
 
         Args:
-            time: s, shape (samples,), at least one.
-            angles: angles of the balls, unwrapped [rad], shape (samples, balls).
+            time: times of at least one sample [s], shape (samples,).
+            angles: ball angles, unwrapped [rad], shape (samples, balls).
         """
         if not self.possible or len(self._pairs) == 0:
             return
@@ -124,7 +124,7 @@ def together_at_start(scene: Scene) -> str:
 def overlaps_text(overlaps: tuple[Overlap, ...] | None) -> str:
     """Describe the first overlap and the number of the others.
 
-    Return a dash if there can be none.
+    Return a dash if balls cannot overlap.
     """
     if overlaps is None:
         return "-"

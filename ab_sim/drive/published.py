@@ -1,7 +1,7 @@
-"""The topics of a drive's state, and the numbers of their messages.
+"""Topics of a drive's state, and the channels that supply the numbers of their messages.
 
-Nodes publish them at every wake-up, and exported bags contain them. A further topic needs one
-further function here.
+Nodes publish these topics at every wake-up, and exported bags contain them. A further topic needs
+one further function here.
 """
 
 import math
@@ -13,22 +13,22 @@ from ab_msgs_py.samples import HOUSING, frame_of
 from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
 
 CONSTANTS = {"zero": 0.0, "one": 1.0, "none": math.nan}
-"""Numbers of messages that are in no channel."""
+"""Constant numbers of messages by name, in addition to the channels."""
 TURNING = ("turning x", "turning y", "turning z")
-"""Names of the deck's angular acceleration on inertial axes; unlike channels, they have a blank."""
+"""Names of the deck's angular acceleration on inertial axes; no channel's name has a blank."""
 AXES, NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 """Initial numbers of messages; they are overwritten."""
 
 
 class Template(NamedTuple):
-    """Template of messages that differ in stamps and numbers only."""
+    """Template of messages that differ only in stamps and numbers."""
 
     sample: Any
     """Sample from which the template is made; its numbers are placeholders."""
     numbers: Sequence[str]
     """Names of the message's numbers, in the order of its fields."""
     sensor: str = ""
-    """Sensor that reports it; empty: the true state."""
+    """Sensor that reports the numbers; empty for the true state."""
 
 
 class StateChannels(NamedTuple):
@@ -56,7 +56,7 @@ class StateChannels(NamedTuple):
         return {*channels} <= {*self.channels}
 
     def known(self, *channels: str) -> list[str]:
-        """Return these names, with zero for missing channels: a deck in the plane has no z."""
+        """Return these names, with ``zero`` in place of missing ones: a planar deck has no z."""
         return [name if name in self.channels else "zero" for name in channels]
 
     def frame(self, name: str) -> str:

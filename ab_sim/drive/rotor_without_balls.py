@@ -1,4 +1,4 @@
-"""A drive without its balls: its whirl at constant speed, and along a run's speed."""
+"""Whirl of a drive without its balls, at constant speed and along the speed of a run."""
 
 from typing import NamedTuple
 
@@ -50,7 +50,7 @@ class WhirlWithoutBalls:
     def along(self, time: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Return the whirl W [m] at the next times [s] of a run with these speeds [rad/s].
 
-        It is NaN from the first speed that is not finite.
+        The whirl is NaN from the first speed on that is not finite.
         """
         speed = np.where(np.isfinite(speed), speed, np.nan)
         if self._last is None:
@@ -81,7 +81,7 @@ def _exponentials(matrices: np.ndarray) -> np.ndarray:
     ``scipy.linalg.expm`` takes 1 ms.
     """
     size = np.fmax.reduce(np.abs(matrices).sum(axis=2), axis=None, initial=1.0)
-    # The same number for all usual steps, so that the bits do not depend on the size of a block.
+    # At least 16, which suffices for all usual steps, so that the bits do not depend on the rows.
     halvings = max(int(np.ceil(np.log2(size))) + 1, 16)
     scaled = matrices / 2.0**halvings
     total = term = np.broadcast_to(np.eye(matrices.shape[1], dtype=complex), matrices.shape)

@@ -24,7 +24,7 @@ def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
 
 
 class RowReader:
-    """Reader of the rows of a scene.
+    """Converter of a kernel's rows to trajectories and observations, with sensor readings.
 
     Args:
         scene: scene of the rows.
@@ -55,16 +55,15 @@ class RowReader:
         start = start_state(self._scene, self._system)[self._layout.deck]
         at_rest = self._deck_model.at_rest(start)
         for name, pickup in self.pickups.items():
-            # The sensors have settled, as if the drive had been at rest for ever.
+            # The sensors have settled, as if the drive had always been at rest.
             pickup.reset(self.felt(name, at_rest)[0])
 
     def trajectory(self, samples: np.ndarray) -> Trajectory:
         """Return the trajectory of some steps; sensor readings continue from the last call.
 
         Args:
-            samples: shape (steps, channels), with the sensors one after the other, and without
-                their readings: see ``fixed_step.record``. The readings are written here; the
-                trajectory owns the array.
+            samples: rows as written by ``fixed_step.record``, shape (steps, channels). The last
+                columns receive the sensor readings; the trajectory owns the array.
         """
         if self.pickups and len(samples):
             first = int(samples[0, STEP])
@@ -77,7 +76,7 @@ class RowReader:
         """Return the trajectory of one sample, with the readings that the sensors hold.
 
         Args:
-            sample: shape (1, channels), as in ``trajectory``.
+            sample: row as in ``trajectory``, shape (1, channels).
         """
         for pickup, at in zip(self.pickups.values(), self._readings(), strict=True):
             sample[:, at] = pickup.reading
@@ -90,8 +89,8 @@ class RowReader:
 
         Args:
             present: as returned by ``present``.
-            time: s.
-            discrete_state: discrete state at that time.
+            time: time of the sample [s].
+            discrete_state: active branches of friction at that time.
         """
         row = present.samples[0]
         psi, omega, command = (float(x) for x in row[2:5])
@@ -132,7 +131,7 @@ class RowReader:
         return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
 
     def felt(self, name: str, samples: np.ndarray) -> np.ndarray:
-        """Return the quantity that a sensor measures, shape (samples, ways).
+        """Return the quantity that a sensor measures, shape (samples, axes).
 
         For an accelerometer: specific force on the deck's axes [m/s^2]. For a probe: displacement
         [m].
@@ -143,7 +142,7 @@ class RowReader:
         return np.column_stack(self._deck_model.specific_force(effects, samples.T, point))
 
     def _displaced(self, samples: np.ndarray, point: np.ndarray) -> np.ndarray:
-        """Return the displacement of a deck point on inertial axes [m], shape (samples, ways)."""
+        """Return the displacement of a deck point on inertial axes [m], shape (samples, axes)."""
         names = type(self._deck_model).CHANNELS
         moved: np.ndarray = samples[:, [names.index(axis) for axis in "xyz"[: self._ways]]]
         if "qw" in names:
@@ -154,9 +153,9 @@ class RowReader:
 
 
 def _turned(c: float, s: float, vector: np.ndarray) -> np.ndarray:
-    """Return a vector's first two components on turned axes, given the angle's cosine and sine.
+    """Return a vector's first two components on axes turned by an angle with cosine c and sine s.
 
-    Without BLAS, whose kernels round differently.
+    BLAS is not used, because its kernels round differently.
     """
     x, y = vector[:2].tolist()
     return np.array([c * x + s * y, c * y - s * x])

@@ -1,4 +1,4 @@
-"""Profiles with segments that end on conditions, as ``profile_controller`` runs them live."""
+"""Controller of profiles with segments that end on conditions, as ``profile_controller`` live."""
 
 import copy
 from collections.abc import Iterable
@@ -24,7 +24,7 @@ class SegmentsController:
     """Controller of the segments of a profile; see ``RunController``.
 
     Args:
-        scene: with segments of which at least one ends on a condition.
+        scene: scene whose profile has a segment that ends on a condition.
         faults: faults of the drive; those of sensors alter the input.
     """
 
@@ -67,7 +67,7 @@ class SegmentsController:
         """Return the command of a step; see ``RunController``."""
         if len(newest):
             for name, every in (self._sensors or {VIBRATION: 1}).items():
-                self._hear(newest, name, every)
+                self._receive(newest, name, every)
         if step % self._per_command:
             return None
         self._time = stamped_time(step, self._step_ns)
@@ -76,7 +76,7 @@ class SegmentsController:
         self._run.start(self._time, self._execution, self._deceleration)
         return self._run.commanded
 
-    def _hear(self, run: Trajectory, name: str, every: int) -> None:
+    def _receive(self, run: Trajectory, name: str, every: int) -> None:
         rows = taken(run, every)
         channels = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
         columns = [run.channels.index(channel) for channel in channels if channel in run.channels]

@@ -1,4 +1,4 @@
-"""Bounds on the numbers of a snapshot from a file: those that a run of its scene can reach."""
+"""Bounds that the numbers of a snapshot from a file must respect, as in any run of its scene."""
 
 import math
 
@@ -16,7 +16,7 @@ from ab_sim.scene.model import Scene
 MOST_TURNS = 2**53
 """Largest number of whole turns of an angle that a double represents exactly."""
 MOST_MODE = 2
-"""Largest magnitude of the other whole numbers that a run keeps of a ball."""
+"""Largest magnitude of any other number of the discrete state."""
 MOST_SLOPE = 1e12
 """Largest slope of a segment [rad/s^2]; commands within one step may exceed the scene's limit."""
 ROUNDING = 1e-6
@@ -24,7 +24,7 @@ ROUNDING = 1e-6
 
 
 def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
-    """Refuse a snapshot with a number that no run of its scene reaches.
+    """Refuse a snapshot with a number that no run of its scene can reach.
 
     Raises:
         ValueError: a number is out of bounds; the message names it and its bounds.

@@ -1,4 +1,4 @@
-"""A snapshot of a drive in a file, from which another process continues with identical bits."""
+"""Snapshot of a drive in a file, from which another process continues with identical bits."""
 
 import hashlib
 import json
@@ -36,7 +36,7 @@ def write_snapshot(
         path: file that ends in .json.
         scene: the drive's scene.
         snapshot: the drive's state.
-        beside: further JSON-able values to keep.
+        beside: further JSON-able values to store.
         modules: names of the modules that continue from these values.
 
     Raises:
@@ -55,20 +55,20 @@ def write_snapshot(
 
 
 def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, dict[str, Any]]:
-    """Read a snapshot and the further values kept with it.
+    """Read a snapshot and the further values stored with it.
 
     Args:
-        path: the file.
-        scene: scene that continues from it.
-        modules: as when it was written.
+        path: file to read.
+        scene: scene of the drive that continues.
+        modules: names of the modules that were passed to ``write_snapshot``.
 
     Raises:
-        InputError: the file is missing, damaged, or from another scene or another ab_sim.
+        InputError: the file is missing, damaged, or from another scene or another version.
     """
     content = read_content(path, FORMAT, "no snapshot of ab_sim")
     if (version := content.get("version")) != VERSION:
         raise InputError(
-            f"snapshot {path}: is of version {short(version)}, and this ab_sim reads version "
+            f"snapshot {path}: has format version {short(version)}, and this ab_sim reads version "
             f"{VERSION}; save it again"
         )
     check_origin(path, content, DRIVE, *modules)

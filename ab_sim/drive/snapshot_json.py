@@ -1,4 +1,4 @@
-"""Common code of snapshot files: JSON, written atomically, and valid for the same sources only."""
+"""Common code of snapshot files: JSON, written atomically, valid only for the same sources."""
 
 import functools
 import hashlib
@@ -21,15 +21,15 @@ MOST_BYTES = 1 << 24
 def write_content(path: Path, content: Mapping[str, Any]) -> None:
     """Write a snapshot file; an existing file is replaced atomically.
 
-    The path may come from a parameter that any ROS peer can set, so only a snapshot of the same
-    format is replaced.
+    Only a snapshot of the same format is replaced, because any ROS peer can set the parameter that
+    the path may come from.
 
     Args:
         path: file that ends in .json.
-        content: JSON-able values, with their ``format``.
+        content: JSON-able values, including the name of their ``format``.
 
     Raises:
-        InputError: the file cannot be written, or another file is there.
+        InputError: the file cannot be written, or the existing file is no such snapshot.
     """
     check_ending(path, REPORT, "snapshot")
     check_writable(path, "snapshot")
@@ -40,8 +40,8 @@ def write_content(path: Path, content: Mapping[str, Any]) -> None:
             read_content(path, content["format"], "another one")
         except InputError as error:
             raise InputError(
-                f"snapshot {path}: there is another file, which is no {content['format']}; name "
-                "another one, or remove it"
+                f"snapshot {path}: the existing file is no {content['format']}; name another file, "
+                "or remove it"
             ) from error
     try:
         write_whole(path, json.dumps(content, indent=1).encode())
@@ -53,7 +53,7 @@ def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
     """Read a snapshot file.
 
     Args:
-        path: the file.
+        path: file to read.
         named: expected value of ``format``.
         otherwise: end of the message for a JSON file with another format.
 
@@ -65,22 +65,27 @@ def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
         with path.open("rb") as file:
             text = file.read(MOST_BYTES + 1)
         if len(text) > MOST_BYTES:
-            raise InputError(f"snapshot {path}: is none: it has more than {MOST_BYTES} bytes")
+            raise InputError(
+                f"snapshot {path}: is not a snapshot: it has more than {MOST_BYTES} bytes"
+            )
         content = json.loads(text)
     except OSError as error:
         raise InputError(f"snapshot {path}: cannot be read: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        raise InputError(f"snapshot {path}: is damaged, or none: {error}") from error
+        raise InputError(f"snapshot {path}: is damaged, or not a snapshot: {error}") from error
     if not isinstance(content, dict) or content.get("format") != named:
         raise InputError(f"snapshot {path}: is a JSON file, but {otherwise}")
     return content
 
 
 def origin(*modules: str) -> dict[str, str]:
-    """Return the origin that a file must have for these modules to continue with the same bits.
+    """Return version and sources that a file must have to be continued with the same bits.
+
+    Args:
+        modules: names of the modules that continue.
 
     Raises:
-        InputError: their sources have changed since they were imported.
+        InputError: the sources of a module have changed since it was imported.
     """
     return {"ab_sim": ab_sim.__version__, "kernel": _kernel(*modules)}
 
@@ -96,7 +101,7 @@ def check_origin(path: Path, content: Mapping[str, Any], *modules: str) -> None:
         program, kernel = (shortened(str(content.get(key))) for key in ours)
         raise InputError(
             f"snapshot {path}: is of ab_sim {program} with kernel {kernel}, and this is "
-            f"{ours['ab_sim']} with {ours['kernel']}: it would not go on to the same bits; "
+            f"{ours['ab_sim']} with {ours['kernel']}: it would not continue with the same bits; "
             "save it again"
         )
 

@@ -32,7 +32,7 @@ DriverOf = Callable[[StepPlanPart], Callable[..., int]]
 
 
 class StepPlan:
-    """Plan of all steps ahead, made once, so that a call only has to find its first step range.
+    """Plan of all steps ahead, created once, so that a call only has to find its first step range.
 
     Args:
         ahead: the step ranges, at least one, with all parts of whole steps.
@@ -74,10 +74,7 @@ class StepPlan:
                 yield part, max(at - part.first, 0)
 
     def _at(self, steps: int) -> int:
-        """Return the first step range after ``steps`` steps.
-
-        Before the plan begins, its first one.
-        """
+        """Return the index of the first step range after ``steps`` steps, at least 0."""
         at = bisect_left(self._firsts, steps)
         return at if at < len(self._firsts) and self._firsts[at] == steps else max(at - 1, 0)
 
@@ -94,9 +91,8 @@ class StepPlan:
         Arguments and result are those of ``fixed_step.advance``.
 
         Args:
-            driver: as ``drive.steps.Steps.along``: returns the function that takes steps along a
-                part.
-            samples: a KeptArray has room for at most one step.
+            driver: function that returns the function for steps along a part; see ``Steps.along``.
+            samples: receives the samples; a KeptArray has room for at most one step.
         """
         at, done = self._at(first), 0
         while True:

@@ -1,4 +1,4 @@
-"""Steps of a system: machine code and arrays for a stepper."""
+"""Machine code and arrays with which a stepper integrates a system."""
 
 import contextlib
 from collections.abc import Iterator
@@ -27,17 +27,17 @@ from ab_sim.model.dynamics.system import System
 
 
 class Steps:
-    """Takes steps of a system.
+    """State and compiled functions of the integration of a system.
 
     Args:
         system: system to integrate; its kind is fixed, its numbers may change.
         stepper: integration method.
-        step: s.
+        step: integration step [s].
         discrete_state: active branches at the start, shape (n + 1, MODES); events change them.
 
     Attributes:
-        state: shape (states,).
-        discrete_state: as passed.
+        state: state of the system, shape (states,).
+        discrete_state: the array that was passed.
         work: workspace of a step.
     """
 
@@ -84,7 +84,7 @@ class Steps:
 
     @contextlib.contextmanager
     def left_unchanged(self) -> Iterator[None]:
-        """Restore state and workspace on exit, whatever steps were taken."""
+        """Return a context that restores state and workspace on exit."""
         work = self.work
         changed = self.state, self.discrete_state, work.counts, work.memory, work.smooth
         kept = [array.copy() for array in changed]
@@ -112,7 +112,7 @@ class Steps:
 
 
 def implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
-    """Return the workspace of an implicit step."""
+    """Return the workspace of an implicit step of the generalized-alpha method."""
     lanes = lanes_for(code.model.count)
     return ImplicitWork(
         code.address("slope"),

@@ -29,20 +29,20 @@ def channels_for(
 
 
 def taken(run: "Trajectory", every: int) -> np.ndarray:
-    """Return the samples of a sensor, one in every ``every`` steps; the run is not empty."""
+    """Return the rows of a non-empty run at the steps that are multiples of ``every``."""
     return run.samples[-int(run.samples[0, 0]) % every :: every]
 
 
 def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, int]:
-    """Check that the samples of a run fit in memory, and return both numbers as integers.
+    """Check that the samples of a run fit in memory, and return ``steps`` and ``every``.
 
     Args:
         steps: number of steps.
-        every: one sample in every ``every`` steps is kept.
+        every: number of steps per sample to keep.
         channels: channels of a sample.
 
     Raises:
-        TypeError: one of the two is not an integer.
+        TypeError: ``steps`` or ``every`` is not an integer.
         ValueError: a number is too small, or too many samples result; the message names the limit
             and an ``every`` that suffices.
     """
@@ -117,9 +117,9 @@ class Trajectory(Presented):
     ``motor_torque`` [N m]; of each sensor its readings ``NAME_1`` and ``NAME_2`` [m/s^2].
 
     A deck in space has ``z``, ``vz``, ``az`` as well, all of C; the quaternion ``qw``, ``qx``,
-    ``qy``, ``qz`` that turns its axes to the ground's; its angular velocity ``wx``, ``wy``, ``wz``
-    [rad/s] and the rates of these ``wx_rate`` ... [rad/s^2], on its own axes; and sensors a third
-    axis, ``NAME_3``.
+    ``qy``, ``qz`` from deck axes to inertial axes; the angular velocity ``wx``, ``wy``, ``wz``
+    [rad/s] and its rates ``wx_rate`` ... [rad/s^2] on deck axes. Its sensors have a third axis,
+    ``NAME_3``.
 
     Examples
     --------
@@ -138,7 +138,7 @@ class Trajectory(Presented):
 
     channels: tuple[str, ...]
     samples: np.ndarray
-    """Shape (samples, channels)."""
+    """Samples in SI units, shape (samples, channels)."""
 
     def __init__(self, channels: tuple[str, ...], samples: np.ndarray) -> None:
         # The generated __init__ of a frozen dataclass takes twice as long.
@@ -150,14 +150,14 @@ class Trajectory(Presented):
         return cls(parts[0].channels, np.concatenate([part.samples for part in parts]))
 
     def decimated(self, every: int, after: int = 0) -> "Trajectory":
-        """Return every ``every``-th sample, the last of each group; a copy if any is left out.
+        """Return every ``every``-th sample, the last of each group, as a copy if ``every`` > 1.
 
         Parameters
         ----------
         every : int
             Size of a group.
         after : int, default 0
-            Number of samples before this trajectory that count as well.
+            Number of samples before this trajectory, from which groups are counted.
         """
         if every == 1:
             return self
@@ -212,14 +212,14 @@ class Trajectory(Presented):
 
     @property
     def turn(self) -> np.ndarray:
-        """Return the quaternion (w, x, y, z) from deck axes to the ground's, shape (samples, 4)."""
+        """Return quaternions (w, x, y, z) from deck axes to inertial axes, shape (samples, 4)."""
         if not self.tilts:
             return np.broadcast_to(NONE, (len(self), 4))
         return self._from("qw", 4)
 
     @cached_property
     def turned(self) -> np.ndarray:
-        """Return rotation matrices from deck axes to the ground's, shape (samples, 3, 3)."""
+        """Return rotation matrices from deck axes to inertial axes, shape (samples, 3, 3)."""
         return matrix_of(self.turn)
 
     @property
@@ -241,12 +241,12 @@ class Trajectory(Presented):
 
     @property
     def ball_angles(self) -> np.ndarray:
-        """Return theta_i [rad], shape (samples, balls)."""
+        """Return the unwrapped ball angles theta_i [rad], shape (samples, balls)."""
         return self._of_balls("angle")
 
     @property
     def ball_rates(self) -> np.ndarray:
-        """Return theta_i' [rad/s], shape (samples, balls)."""
+        """Return the ball rates theta_i' [rad/s], shape (samples, balls)."""
         return self._of_balls("rate")
 
     def _facts(self) -> dict[str, str]:

@@ -12,15 +12,15 @@ from ab_sim.base.conventions import TURN
 from ab_sim.drive.trajectory import Trajectory
 
 SIZE, PHASE = "once_per_turn", "phase"
-"""Names of derived columns: length [m] of the vector and its angle from the unbalance [rad]."""
+"""Names of derived columns: the vector's length [m] and its angle from the unbalance [rad]."""
 COARSEST = 0.25 * TURN
 """Largest angle between samples [rad] that resolves the part once per turn."""
 _FINEST = TURN / 4096
-"""Spacing of the kept samples [rad], at least; it limits the memory at low spindle speeds."""
+"""Least spacing of the stored samples [rad], which limits the memory at low spindle speeds."""
 
 
 class TurnVector:
-    """Finds the vector at each sample, over the turn that ends there, from successive samples."""
+    """Mean vector over the last turn of the spindle, for each of successive samples."""
 
     def __init__(self) -> None:
         # Samples of the last turn: path of the spindle [rad], and the vector's integral over it.
@@ -35,8 +35,8 @@ class TurnVector:
         far apart.
 
         Args:
-            angle: psi of further samples, at least one [rad], shape (samples,).
-            x, y: displacement on fixed axes [m], the same.
+            angle: psi of at least one further sample [rad], shape (samples,).
+            x, y: displacement on inertial axes [m], shape (samples,).
         """
         sound = np.isfinite(x) & np.isfinite(y)
         vectors = (np.where(sound, x, 0.0) + 1j * np.where(sound, y, 0.0)) * np.exp(-1j * angle)

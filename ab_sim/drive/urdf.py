@@ -1,4 +1,4 @@
-"""A scene as a URDF, for RViz and robot_state_publisher.
+"""Conversion of a scene to a URDF, for RViz and robot_state_publisher.
 
     drive_housing -> deck -> spindle -> race_k -> ball_i_arm -> ball_i
 
@@ -6,8 +6,8 @@ The joints `spindle` and `ball_i` are those of ``joint_states``, so robot_state_
 them. The deck has a joint of the type *floating*, for which robot_state_publisher publishes
 nothing; the drive publishes the deck's pose on tf. So every frame has one publisher, decks in the
 plane and in space have the same tree, and ``joint_states`` contains only values that a drive's
-encoder could know. Sensors are drawn on the deck without links: the drive publishes their frames,
-too.
+encoder could measure. Sensors are drawn on the deck without links, because the drive publishes
+their frames, too.
 
 Lengths are those of the scene, without exaggeration, and a runout of the race is left out. Missing
 radii of balls, disc and plate are replaced by stand-ins (`ab_sim.scene.drawn`). No link has an
@@ -53,8 +53,8 @@ ROS2_CONTROL = {
 def urdf_of(scene: Scene, ros2_control: bool = False) -> str:
     """Return the scene as a URDF, for ``robot_description``.
 
-    Frames have the names of ``ab_sim.scene.frames`` without a namespace: robot_state_publisher and
-    RViz put one in front (`frame_prefix`, TF Prefix).
+    Frames have the names of ``ab_sim.scene.frames`` without a namespace, which
+    robot_state_publisher and RViz put in front (`frame_prefix`, TF Prefix).
 
     Args:
         scene: a checked scene.
@@ -155,7 +155,7 @@ def _link(
     place: Place = _ORIGIN,
     joint: str = "",
 ) -> Xml.Element:
-    """Add a link and the joint that it hangs on; the joint has the link's name by default."""
+    """Add a link and the joint to its parent; the joint has the link's name by default."""
     link = Xml.SubElement(robot, "link", name=name)
     if parent:
         element = Xml.SubElement(robot, "joint", name=joint or name, type=kind)
@@ -194,5 +194,5 @@ def _cylinder(
 
 
 def _text(numbers: Place) -> str:
-    """Return numbers with as many digits as identify them."""
+    """Return numbers as text with the fewest digits that identify them."""
     return " ".join(repr(float(number)) for number in numbers)

@@ -114,7 +114,7 @@ class PreparedDrive:
 
         None for a slipping disc, whose jerks end each window.
         """
-        if not share or any(fault.ails == "slips" for fault in self.drive.faults):
+        if not share or any(fault.verb == "slips" for fault in self.drive.faults):
             return None
         return LiveChecks(self.drive, share, longest=LONGEST_CHECK / self._rates.wake)
 

@@ -118,7 +118,7 @@ def test_where_drag_is_stiff_it_is_met_too() -> None:
     apart = np.abs(run.ball_angles - want.theta).max()
     assert apart <= 1e-6 / SAFETY * 1.1 + 1e-9
     assert apart <= 1.5 * work_precision.measured.angle + 1e-9, "what was measured flatters nobody"
-    with pytest.raises(SceneError, match="the best that can be had is about") as caught:
+    with pytest.raises(SceneError, match="the best possible is about") as caught:
         asked(1e-18)
     best = float(str(caught.value).split(" is about ")[1].split()[0])
     assert 1e-14 < best < 1e-11, "rounding is seen"
@@ -141,7 +141,7 @@ def test_below_double_precision_is_refused_with_the_best_there_is(name: str, acc
     with pytest.raises(SceneError, match=f"accuracy.{accuracy} = 1e-18") as caught:
         resolved(wished(name, **{accuracy: 1e-18}))
     text = str(caught.value)
-    assert "the best that can be had is about" in text and "ask for no more" in text
+    assert "the best possible is about" in text and "request no more than that" in text
     best = float(text.split(" is about ")[1].split()[0])
     assert 1e-15 < best < 1e-8
     _, work_precision = resolved(wished(name, **{accuracy: best}))

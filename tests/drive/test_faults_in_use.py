@@ -139,9 +139,9 @@ def test_a_sensor_sits_turned_as_one_with_another_axis_angle(scene: Any, name: s
         (["pickup drops"], "'drops' goes with vibration, spindle in this scene"),
         (["ball_0 slips 2"], "'slips' goes with disc in"),
         (["ball_0 stick"], "did you mean 'sticks'?"),
-        (["ball_0"], "must be a thing and what ails it, e.g. 'ball_0 sticks'"),
+        (["ball_0"], "must be a component and its fault, e.g. 'ball_0 sticks'"),
         (["ball_0 sticks 3"], "3: no number goes with it"),
-        (["spindle drops 0.5 1"], "must be a thing and what ails it"),
+        (["spindle drops 0.5 1"], "must be a component and its fault"),
         (["disc slips"], "needs a number, rad/s, not 0"),
         (["disc slips nan"], "nan: must be not 0, from -100 to 100"),
         (["disc slips 0"], "must be not 0"),
@@ -213,7 +213,7 @@ def play(session: FaultSession, chance: random.Random) -> None:
         assert np.isfinite(part.samples).all()
     heard = session.heard()
     assert np.isfinite(heard.samples).all()
-    held = {f.thing for f in session.drive.faults if f.ails in ("sticks", "lost")}
+    held = {f.component for f in session.drive.faults if f.verb in ("sticks", "lost")}
     assert all(heard.ball_rates[0, int(name[-1])] == 0.0 for name in held)
 
 

@@ -49,7 +49,7 @@ def test_a_file_is_replaced_whole(saved: tuple[Scene, Drive, Path]) -> None:
 def test_what_goes_on_from_it_counts(saved: tuple[Scene, Drive, Path]) -> None:
     """Commands under way are kept beside the drive: other sources would take them otherwise."""
     chosen, drive, path = saved
-    with pytest.raises(InputError, match="would not go on to the same bits; save it again"):
+    with pytest.raises(InputError, match="would not continue with the same bits; save it again"):
         read_snapshot(path, chosen, "ab_sim.nodes.command_path")
     write_snapshot(path, chosen, drive.snapshot(), {}, "ab_sim.nodes.command_path")
     assert read_snapshot(path, chosen, "ab_sim.nodes.command_path")[0].steps == 777
@@ -64,7 +64,7 @@ def test_another_scene_is_refused_by_name(saved: tuple[Scene, Drive, Path], scen
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"version": 2}, "is of version 2, and this ab_sim reads version 1; save it again"),
+        ({"version": 2}, "has format version 2, and this ab_sim reads version 1; save it again"),
         ({"ab_sim": "0.0.1"}, "is of ab_sim 0.0.1 with kernel"),
         ({"kernel": "abc"}, "with kernel abc, and this is"),
         ({"format": "picture"}, "no snapshot of ab_sim"),
@@ -141,7 +141,7 @@ def test_what_does_not_fit_the_drive_changes_nothing(saved: tuple[Scene, Drive, 
 def test_no_snapshot_at_all(saved: tuple[Scene, Drive, Path], content: str) -> None:
     chosen, _, path = saved
     path.write_text(content)
-    with pytest.raises(InputError, match="is damaged, or none|no snapshot of ab_sim"):
+    with pytest.raises(InputError, match="is damaged, or not a snapshot|no snapshot of ab_sim"):
         read_snapshot(path, chosen)
 
 
@@ -220,7 +220,7 @@ def test_no_other_file_is_overwritten(
     chosen, drive, _ = saved
     other = tmp_path / "settings.json"
     other.write_text(text)
-    with pytest.raises(InputError, match="there is another file, which is no ab_sim snapshot"):
+    with pytest.raises(InputError, match="the existing file is no ab_sim snapshot"):
         write_snapshot(other, chosen, drive.snapshot(), {})
     assert other.read_text() == text
 

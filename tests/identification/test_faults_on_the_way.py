@@ -44,7 +44,7 @@ def recorded(path: Path, *faults: str, at: int = AT) -> Path:
     for name, channels in (("pickup", ("pickup_1", "pickup_2")), ("spindle", ("speed",))):
         columns = [run.channels.index(channel) for channel in channels]
         rows = np.ix_(after, columns)
-        samples[rows] = said.said(name, samples[rows].T, steps[after]).T
+        samples[rows] = said.altered(name, samples[rows].T, steps[after]).T
         silent = after & np.array([name in said.silent(step) for step in steps.tolist()])
         samples[np.ix_(silent, columns)] = np.nan
     with ab_sim.Recording(path, description=describe(scene)) as recording:

@@ -92,7 +92,7 @@ class Started:
         (
             "drive_sim",
             ["scene:=one-ball", "changes:=['accuracy.angle=1e-17', 'duration=1']"],
-            "the best that can be had is about",
+            "the best possible is about",
         ),
         ("recorder", ["view:=screen"], "parameter view: 'screen': must be web, native"),
         ("recorder", ["path:=/proc/no/run.rrd"], "its folder cannot be made"),

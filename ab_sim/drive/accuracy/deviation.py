@@ -9,7 +9,7 @@ from ab_sim.drive.trajectory import Trajectory
 MOST_SAMPLES = 200_000
 """Largest number of samples per run for a comparison; longer runs are decimated."""
 ROUNDING = 8.0 * float(np.finfo(float).eps)
-"""Least relative error of a number: some of its last digits are always uncertain."""
+"""Least relative error of a number, due to rounding."""
 
 
 class Samples(NamedTuple):
@@ -37,25 +37,25 @@ class Deviation(NamedTuple):
     angle: float
     """Largest difference of a ball angle theta over the run [rad]; 0 without balls."""
     whirl: float
-    """Largest length of the displacement's difference over the run [units]; see ``deviation``."""
+    """Largest length of the difference of displacements over the run, in ``deviation``'s unit."""
     angle_end: float
     """Difference of ball angles at the last sample [rad]."""
     whirl_end: float
-    """Difference of the displacement at the last sample [units]."""
+    """Length of the difference of displacements at the last sample, in the same unit."""
 
 
 def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
     """Compare two runs at their common times.
 
     Args:
-        run, reference: samples of the same stretch of time, each equally spaced up to its end; one
-            may have a whole multiple of the other's.
+        run, reference: samples of the same stretch of time, equally spaced up to its end. The
+            number of samples of one is a multiple of that of the other.
         unit: length in which the whirl's error is given [m]: the eccentricity e, or the race's
             radius for a rotor without unbalance.
 
     Raises:
-        ValueError: there are no samples, neither number is a multiple of the other, or they are
-            of different numbers of balls.
+        ValueError: there are no samples, neither number of samples is a multiple of the other, or
+            the numbers of balls differ.
     """
     fewest, most = sorted([len(run.position), len(reference.position)])
     if not fewest or most % fewest or run.angles.shape[1] != reference.angles.shape[1]:
@@ -70,7 +70,7 @@ def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
 
 
 def rounding(run: Samples, unit: float) -> Deviation:
-    """Return the least error that a run can be credited with; ``unit`` as for ``deviation``."""
+    """Return the error of a run by rounding alone; ``unit`` as for ``deviation``."""
     angle = ROUNDING * float(np.abs(run.angles).max(initial=0.0))
     whirl = ROUNDING * float(np.abs(run.position).max(initial=0.0)) / unit
     return Deviation(angle, whirl, angle, whirl)

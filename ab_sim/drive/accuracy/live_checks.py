@@ -6,13 +6,13 @@ the same commands. The difference at the same times is the error that the drive'
 (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4) over many steps instead
 of one. Errors thus have time to grow at a resonance, and to decay by damping.
 
-The estimate is not the error since the start. Errors from before a window are not included. A run
-without damping never forgets them and accumulates the errors of all windows. If checks keep up with
-the drive, windows are ``WINDOW`` steps long, which is usually longer than the drive's memory. On
-ten scenes and three methods the largest estimate of a run was 0.35 to 1.0 times its largest true
-error. If the share allows less, windows are shorter, so that one starts at least every ``WINDOW``
-steps. Short windows see less of what accumulates, and the estimate is then a lower bound. Both runs
-contain rounding errors: an estimate near 1e-12 is of that order.
+The estimate is not the error since the start: errors from before a window are not included. Without
+damping such errors persist, and those of all windows accumulate. If checks keep up with the drive,
+windows are ``WINDOW`` steps long, which is usually enough for earlier errors to decay. On ten
+scenes and three methods the largest estimate of a run was 0.35 to 1.0 times its largest true error.
+If the share allows less, windows are shorter, so that one starts at least every ``WINDOW`` steps.
+Short windows contain less of the accumulated error, and the estimate is then a lower bound. Both
+runs contain rounding errors: an estimate near 1e-12 is of that order.
 """
 
 import contextlib
@@ -48,7 +48,7 @@ class ErrorEstimate(NamedTuple):
     angle: float
     """Difference of a ball angle [rad]."""
     whirl: float
-    """Difference of the deck's displacement [e]; in race radii if e = 0."""
+    """Difference of the deck's displacement, in units of e; in race radii if e = 0."""
 
 
 NONE_YET = ErrorEstimate(0.0, 0.0)
@@ -83,7 +83,7 @@ class LiveChecks:
     def __init__(self, drive: Drive, share: float, longest: float = math.inf) -> None:
         if drive.system.energy_balance:
             raise ValueError(
-                "checks need a drive without an energy balance, which would be done again, too"
+                "checks need a drive without an energy balance, which they would repeat as well"
             )
         if not 0.0 < share <= 1.0:
             raise ValueError(f"share = {share}: must be above 0, and at most 1")
@@ -91,7 +91,7 @@ class LiveChecks:
         broken = of_the_plant(drive.faults)
         self._shadow = Drive(half_step(drive), commanded=True, faults=broken)
         self._per_step = 1e-9
-        """CPU time of a half step [s], by the most expensive recent slice."""
+        """CPU time of a half step [s], from the most expensive recent slice."""
         self.reset_counts()
 
     @property
@@ -105,7 +105,7 @@ class LiveChecks:
         return self._halves // 2
 
     def warm_up(self, speed: float, steps: int) -> None:
-        """Call everything that checks use, measure its cost, then reset.
+        """Run some checks, so that all code is loaded and its cost known, then reset.
 
         Args:
             speed: speed of a command [rad/s].
@@ -179,7 +179,7 @@ class LiveChecks:
         """Check one slice, if the share allows it.
 
         Args:
-            seconds: CPU time of all work except checks since the last call.
+            seconds: CPU time of all work except checks since the last call [s].
         """
         self._worked += seconds
         begin = time.thread_time()

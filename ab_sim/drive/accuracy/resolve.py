@@ -20,14 +20,17 @@ def resolve_accuracy(
     """Return the scene with the cheapest solver that delivers its requested accuracy.
 
     Errors are measured on the scene's own run, over its profile and duration, which may take
-    minutes. Commands of a live drive are unknown, and a profile controlled during the run is
-    replaced by its plan, see ``Scene.planned``.
+    minutes. Commands of a live drive are unknown, so they are not part of that run. A profile
+    controlled during the run is replaced by its plan, see ``Scene.planned``.
 
     Args:
         scene: scene; without a requested accuracy it is returned unchanged, with None.
-        period: period [s], a whole multiple of the step.
+        period: period of a live node [s], which must be a multiple of the step; None for any step.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
         tell: called before each run with the setting, and the CPU time spent and allowed [s].
+
+    Returns:
+        The scene with its solver, and the solver's measured error and cost.
 
     Raises:
         SceneError: the accuracy cannot be reached; the message states the best possible one.

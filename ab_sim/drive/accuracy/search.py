@@ -1,8 +1,8 @@
 """Search for the cheapest stepper and step that deliver a requested accuracy.
 
 The error of a method on a scene cannot be predicted: it depends on the passage through resonance,
-on events and more. The scene's own run is therefore repeated with one setting after the other. This
-takes some milliseconds each for a start-up of seconds.
+on events and more. The scene's own run is therefore repeated with several settings in turn. Each
+run takes some milliseconds for a start-up of seconds.
 
 1. Reference. The explicit method of the highest order runs with decreasing steps until two
    successive runs differ by far less than the requested accuracy. The last run is the reference.
@@ -49,10 +49,10 @@ A refinement that increases the difference by ``SHARPER`` shows instead that ear
 chance.
 """
 SHARED = 20
-"""Factor of the reference's rung.
+"""Divisor of the reference's rung.
 
-Steps of all shorter rungs, and every second or fifth step of the others, then end at one of its
-samples.
+Steps of all lower rungs, and every second or fifth step of the others, then end at a sample of the
+reference.
 """
 DRAG_RULES = 1000.0
 """Ratio of steps without and with drag above which explicit methods are left out."""
@@ -74,9 +74,12 @@ def cheapest(
     Args:
         scene: scene with a requested accuracy.
         run: function that runs a scene.
-        period: period [s], a whole multiple of the step, as a live node needs it.
+        period: period of a live node [s], which must be a multiple of the step; None for any step.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
         tell: called before each run, see ``Trials``.
+
+    Returns:
+        The scene with its solver, and the solver's measured error and cost.
 
     Raises:
         SceneError: the accuracy cannot be reached, or not be measured in reasonable time; the
@@ -138,7 +141,7 @@ class _Search:
             taken.step,
             taken.parameters,
             self._error(taken),
-            _told(self._reference),
+            _setting_of(self._reference),
             self.scene.whirl_unit[1],
             taken.seconds / self._trials.length,
         )
@@ -191,7 +194,7 @@ class _Search:
         best = min(runs, key=lambda one: self._share(self._error(one)))
         error = self._error(best)
         asked_tolerances = [
-            f"accuracy.{key} = {exact(tolerance)} {unit}: the best that can be had is about "
+            f"accuracy.{key} = {exact(tolerance)} {unit}: the best possible is about "
             f"{_rounded_up(SAFETY * measured):g} {unit}"
             for key, tolerance, measured, unit in (
                 ("angle", self.asked.angle, error.angle, "rad"),
@@ -202,20 +205,20 @@ class _Search:
         reason = "a shorter step is not tried"
         if self._stalled:
             reason = (
-                "shorter steps bring runs of this scene no closer to each other, because of "
-                "rounding and of what the motion makes of it"
+                "shorter steps bring runs of this scene no closer to each other, because the "
+                "motion amplifies rounding errors"
             )
         raise SceneError(
-            f"{'; '.join(asked_tolerances)}, with {_told(best)} and a safety factor of "
-            f"{SAFETY:g}: {reason}; ask for no more"
+            f"{'; '.join(asked_tolerances)}, with {_setting_of(best)} and a safety factor of "
+            f"{SAFETY:g}: {reason}; request no more than that"
         )
 
-    def _cheaper(self, stepper: Stepper, work_precision: float) -> list[Tried]:
-        """Return the longest accurate step of another method, if it may be cheaper."""
+    def _cheaper(self, stepper: Stepper, least: float) -> list[Tried]:
+        """Return the longest accurate step of a method, if it may need less than ``least`` [s]."""
         rungs = self._trials.rungs(stepper)
         at, failed = 0, -1
         while at < len(rungs):
-            if self._trials.expected(stepper, rungs[at], like=self._usual) > ALIKE * work_precision:
+            if self._trials.expected(stepper, rungs[at], like=self._usual) > ALIKE * least:
                 return []
             tried = self._trials.run(stepper, rungs[at])
             if tried is not None and self._passes(tried):
@@ -264,7 +267,7 @@ class _Search:
         return SAFETY * self._share(self._error(tried)) <= 1.0
 
 
-def _told(tried: Tried) -> str:
+def _setting_of(tried: Tried) -> str:
     return setting(tried.stepper.name, tried.step, tried.parameters)
 
 

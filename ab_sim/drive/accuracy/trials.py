@@ -72,8 +72,8 @@ class Trials:
     Args:
         scene: scene with profile and duration.
         run: function that runs it.
-        longest: longest step of each method [s], by name; others are not tried.
-        period: period [s], a whole multiple of all steps; None for a power of ten.
+        longest: longest step of each method to try [s], by name.
+        period: period [s] that all steps must divide; None for a power of ten.
         tell: called before each run.
     """
 
@@ -104,7 +104,7 @@ class Trials:
         return 1e-9 * self._base * self._bases
 
     def rungs(self, stepper: Stepper) -> list[int]:
-        """Return the rungs from the longest stable step to those of whole nanoseconds."""
+        """Return the rungs of stable steps of whole nanoseconds, the longest step first."""
         longest = min(self._longest[stepper.name], LONGEST)
         return [
             rung for rung in RUNGS if self._base % rung == 0 and 1e-9 * self._base / rung <= longest
@@ -168,7 +168,7 @@ class Trials:
     def _go(self, scene: Scene, steps: int, every: int) -> Timed:
         name = scene.solver.stepper
         if self._tell is not None:
-            first = "" if name in self._per_step else ", compiled first if need be"
+            first = "" if name in self._per_step else ", compiled first if necessary"
             what = f"{name} at {exact(scene.solver.step)} s{first}; seconds of CPU time"
             self._tell(what, int(self._spent), int(MOST_SECONDS))
         timed = self._run(scene, steps, every)

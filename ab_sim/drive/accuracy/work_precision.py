@@ -61,7 +61,7 @@ class WorkPrecision(NamedTuple):
 
 
 def setting(stepper: str, step: float, parameters: Mapping[str, float]) -> str:
-    """Return a text of a stepper with its step [s] and parameters."""
+    """Return a stepper with its step [s] and parameters as text."""
     parameters_text = "".join(f", {name} {value:g}" for name, value in parameters.items())
     return f"{stepper} at {1e3 * step:g} ms{parameters_text}"
 

@@ -31,18 +31,19 @@ class SensorReadings(NamedTuple):
 class ActiveFaults:
     """The faults of a running drive.
 
-    A disc that slips by a small angle takes the unbalance along and moves nothing else: see
-    ``drive.disc``. Without faults there is no cost.
+    A disc that slips by a small angle turns only the unbalance: see ``drive.disc``. Without faults
+    there is no cost.
 
     Args:
-        drive: created with the faults.
-        before: faults of the drive whose motion this one continues; faults in both keep their age.
+        drive: drive that was created with the faults.
+        before: faults of the drive whose motion this one continues; faults in both keep their
+            start.
     """
 
     def __init__(self, drive: Drive, before: "ActiveFaults | None" = None) -> None:
         self.faults, self._scene, self._step = drive.faults, drive.scene, drive.step
         self._sensed = SensedFaults(self.faults, drive.scene)
-        self._rate = next((f.size or 0.0 for f in self.faults if f.ails == "slips"), 0.0)
+        self._rate = next((f.size or 0.0 for f in self.faults if f.verb == "slips"), 0.0)
         self._channels = {SPINDLE: ("speed",), VIBRATION: ("ax", "ay", "az")}
         if self._scene.sensors:
             del self._channels[VIBRATION]
@@ -61,7 +62,7 @@ class ActiveFaults:
     @property
     def lost(self) -> list[int]:
         """Return the numbers of the lost balls."""
-        return held_balls(fault for fault in self.faults if fault.ails == "lost")
+        return held_balls(fault for fault in self.faults if fault.verb == "lost")
 
     def begin_anew(self, now: int) -> None:
         """Restart all faults at this step, with the disc back in its place."""
@@ -74,17 +75,11 @@ class ActiveFaults:
         self._sensed.count_from(now, then)
 
     def next(self, now: int) -> float:
-        """Return the first step after ``now`` at which the disc slips.
-
-        Infinity if it does not slip.
-        """
+        """Return the first step after ``now`` at which the disc jerks; infinity if never."""
         return now - now % self._every + self._every if self._rate else math.inf
 
     def jerk(self, drive: Drive) -> Snapshot | None:
-        """Return the snapshot to which the drive has to jump at this step.
-
-        None if there is no jerk.
-        """
+        """Return the drive's state after a jerk of the disc at this step; None without a jerk."""
         if not self._rate or drive.steps % self._every or drive.steps <= self._jerked:
             return None
         by = self._rate * (drive.steps - self._jerked) * self._step
@@ -93,10 +88,7 @@ class ActiveFaults:
         return on_other_axes(drive.system, -by)(drive.snapshot())
 
     def readings(self, present: Trajectory) -> SensorReadings:
-        """Return the readings of one sample.
-
-        Call it once per reading: some faults depend on the step.
-        """
+        """Return the readings of one sample."""
         if not self.faults:
             return SensorReadings(present, frozenset())
         samples, channels = present.samples.copy(), present.channels
@@ -106,7 +98,7 @@ class ActiveFaults:
             samples[:, at[f"ball_{ball}_angle"]] -= self.slipped
         for name, columns_of_sensor in self._channels.items():
             columns = [at[channel] for channel in columns_of_sensor if channel in at]
-            samples[:, columns] = self._sensed.said(name, samples[:, columns].T, step).T
+            samples[:, columns] = self._sensed.altered(name, samples[:, columns].T, step).T
         return SensorReadings(Trajectory(channels, samples), self._sensed.silent(int(step[0])))
 
     def sampled(
@@ -119,16 +111,16 @@ class ActiveFaults:
 def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveFaults:
     """Continue the motion of a drive in another one of the same scene with other faults.
 
-    The only jumps are these. A ball that sticks from now on stops at once and passes its momentum
-    to the rest (``plant.stop_held_balls``); a lost ball takes its momentum along. A ball that was
-    stuck or lost is free from its last position, at the race's speed. A disc that has slipped is
-    put back.
+    Three changes cause jumps. A ball that sticks from now on stops at once and passes its momentum
+    to the rest (``plant.stop_held_balls``), while a lost ball takes its momentum along. A ball that
+    was stuck or lost becomes free at its last position and at the race's speed. A disc that has
+    slipped returns to its place.
 
     Returns:
         The faults of the other drive.
     """
     kept = drive.snapshot()
-    if before.slipped and not any(fault.ails == "slips" for fault in other.faults):
+    if before.slipped and not any(fault.verb == "slips" for fault in other.faults):
         kept = on_other_axes(drive.system, before.slipped)(kept)
     if set(of_the_plant(drive.faults)) != set(of_the_plant(other.faults)):
         state, discrete_state = kept.state.copy(), kept.discrete_state.copy()

@@ -1,4 +1,4 @@
-"""Faults in words: a thing, a kind of fault, and a size, such as ``mount_0 softens 0.5``."""
+"""Faults as texts: a component, a kind of fault, and a size, such as ``mount_0 softens 0.5``."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -11,7 +11,7 @@ from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.scene.model import Scene
 
 VIBRATION = "vibration"
-"""Name of the sensor of a scene without sensors: it reads the deck's acceleration."""
+"""Name of the deck's acceleration as a sensor, in scenes without sensors."""
 IN_THE_PLANE = ("suspension", "unequal_suspension")
 """Effects that hold the deck in the plane."""
 SPINDLE = "spindle"
@@ -21,15 +21,15 @@ SPINDLE = "spindle"
 class Fault(NamedTuple):
     """One fault; see ``KINDS``."""
 
-    thing: str
-    ails: str
+    component: str
+    verb: str
     size: float | None
     """Size of the fault; None if its kind has none."""
 
     @property
     def text(self) -> str:
-        """Return the fault in the words of a request."""
-        words = f"{self.thing} {self.ails}"
+        """Return the fault as ``faults_of`` parses it."""
+        words = f"{self.component} {self.verb}"
         return words if self.size is None else f"{words} {exact(self.size)}"
 
 
@@ -37,9 +37,9 @@ class FaultKind(NamedTuple):
     """A kind of fault."""
 
     meaning: str
-    """Behaviour of the thing with this fault."""
-    things: Callable[[Scene], Sequence[str]]
-    """Function that returns the things of a scene that can have the fault."""
+    """Behaviour of a component with this fault."""
+    components: Callable[[Scene], Sequence[str]]
+    """Function that returns the components of a scene that can have the fault."""
     size: str = ""
     """Meaning and unit of the size; empty: no size."""
     allowed: Callable[[float], bool] = math.isfinite
@@ -64,7 +64,7 @@ def _mounts_of(scene: Scene) -> list[str]:
 
 
 def sensors_of(scene: Scene) -> list[str]:
-    """Return the inputs of a firmware: accelerometers, probes, and the spindle's speed."""
+    """Return the names of all sensors: accelerometers, probes, and the spindle's speed."""
     return [*(scene.sensors or [VIBRATION]), *scene.probes, SPINDLE]
 
 
@@ -77,12 +77,12 @@ def _disc(_: Scene) -> list[str]:
 
 
 KINDS = {
-    "sticks": FaultKind("is held where it is in the race, at once", balls_of),
-    "lost": FaultKind("leaves the race, its mass with it", balls_of),
+    "sticks": FaultKind("stops at once at its place in the race", balls_of),
+    "lost": FaultKind("leaves the race, with its mass", balls_of),
     "softens": FaultKind(
         "keeps this part of its stiffness, and all of its damping",
         supports_of,
-        "the part that is left",
+        "the remaining part",
         lambda part: 0.0 < part < 1.0,
         "between 0 and 1",
     ),
@@ -94,7 +94,7 @@ KINDS = {
         "not 0, from -100 to 100",
     ),
     "drops": FaultKind(
-        "is not heard of",
+        "reports nothing for this part of its messages",
         sensors_of,
         "the part of its messages that is lost",
         lambda part: 0.0 < part <= 1.0,
@@ -102,21 +102,21 @@ KINDS = {
         1.0,
     ),
     "saturates": FaultKind(
-        "shows no more than this, either way",
+        "reports at most this magnitude",
         sensors_of,
         "in its unit",
         lambda most: 0.0 <= most <= 1e9,
         "from 0 to 1e9",
     ),
     "drifts": FaultKind(
-        "shows ever more than there is, on all its axes",
+        "has a growing offset on all its axes",
         sensors_of,
         "in its unit per second",
         lambda rate: 0.0 < abs(rate) <= 1e9,
         "not 0, from -1e9 to 1e9",
     ),
     "turned": FaultKind(
-        "sits turned about the shaft, so that its axes are not where they are said to be",
+        "is turned about the shaft from its stated axes",
         _on_axes,
         "rad",
         lambda angle: 0.0 < abs(angle) <= math.pi,
@@ -132,7 +132,7 @@ SENSED = ("turned", "drifts", "saturates", "drops")
 
 
 def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
-    """Parse faults; empty texts are skipped. Whether a scene has the things is not checked.
+    """Parse faults; empty texts are skipped. Use ``check_faults`` for the components of a scene.
 
     Raises:
         InputError: a text is not a fault, or two faults exclude each other.
@@ -140,9 +140,9 @@ def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
     faults = tuple(_fault(text) for text in texts if text.strip())
     for k, fault in enumerate(faults):
         for other in faults[:k]:
-            same = other.thing == fault.thing
-            both = {other.ails, fault.ails} == set(OF_BALLS)
-            if same and (both or other.ails == fault.ails):
+            same = other.component == fault.component
+            both = {other.verb, fault.verb} == set(OF_BALLS)
+            if same and (both or other.verb == fault.verb):
                 raise InputError(
                     f"faults: {other.text!r} and {fault.text!r} exclude each other; keep one"
                 )
@@ -151,31 +151,31 @@ def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
 
 def of_the_plant(faults: Iterable[Fault]) -> tuple[Fault, ...]:
     """Return the faults that change the motion, not those of sensors or of the disc's angle."""
-    return tuple(fault for fault in faults if fault.ails in OF_THE_PLANT)
+    return tuple(fault for fault in faults if fault.verb in OF_THE_PLANT)
 
 
 def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
     """Refuse faults that have no meaning in a scene.
 
     Raises:
-        InputError: a fault does not apply; the message states why, and the things in the scene.
+        InputError: a fault does not apply; the message states the reason or suitable components.
         SceneError: the fault changes quantities that only built-in deck models have.
     """
     for fault in faults:
-        there = KINDS[fault.ails].things(scene)
-        if fault.thing not in there:
+        there = KINDS[fault.verb].components(scene)
+        if fault.component not in there:
             raise InputError(
-                f"faults: {fault.text!r}: {fault.ails!r} goes with "
-                f"{', '.join(there) or 'nothing'} in this scene{nearest(fault.thing, there)}"
+                f"faults: {fault.text!r}: {fault.verb!r} goes with "
+                f"{', '.join(there) or 'nothing'} in this scene{nearest(fault.component, there)}"
             )
-        if fault.ails in OF_BALLS or fault.ails == "slips" or fault.thing in _mounts_of(scene):
+        if fault.verb in OF_BALLS or fault.verb == "slips" or fault.component in _mounts_of(scene):
             require_built_in(scene, f"faults: {fault.text!r}")
-        if fault.ails in OF_BALLS and "ball_contact" in scene.effects:
+        if fault.verb in OF_BALLS and "ball_contact" in scene.effects:
             raise InputError(
-                f"faults: {fault.text!r}: balls that touch push each other (ball_contact), and "
-                "one that is held, or is missing, in their row is not modelled; remove the effect"
+                f"faults: {fault.text!r}: balls push each other (ball_contact), and a stuck or "
+                "lost ball in their row is not modelled; remove the effect"
             )
-        if fault.ails == "slips":
+        if fault.verb == "slips":
             _check_slip(fault, scene)
 
 
@@ -188,23 +188,23 @@ def _check_slip(fault: Fault, scene: Scene) -> None:
     if not turns_alike(scene):
         raise InputError(
             f"faults: {fault.text!r}: rotor.inertia of {scene.name} is not the same all around the "
-            "shaft, and what of it is the disc's is not known; make it so: [xx, xx, zz]"
+            "shaft, and the disc's part of it is unknown; make it so: [xx, xx, zz]"
         )
 
 
 def _fault(text: str) -> Fault:
-    thing, ails, number = (*text.split(), "", "")[:3]
-    kind = KINDS.get(ails)
+    component, verb, number = (*text.split(), "", "")[:3]
+    kind = KINDS.get(verb)
     if kind is None or len(text.split()) > 3:
         raise InputError(
-            f"faults: {text!r}: must be a thing and what ails it, e.g. 'ball_0 sticks'; known are "
+            f"faults: {text!r}: must be a component and its fault, e.g. 'ball_0 sticks'; known are "
             + ", ".join(_usage(kind) for kind in KINDS)
-            + (nearest(ails, KINDS) if kind is None else "")
+            + (nearest(verb, KINDS) if kind is None else "")
         )
     if not number:
         if kind.size and kind.usual is None:
             raise InputError(f"faults: {text!r}: needs a number, {kind.size}, {kind.words}")
-        return Fault(thing, ails, kind.usual)
+        return Fault(component, verb, kind.usual)
     try:
         size = number_in(number)
     except ValueError:
@@ -212,10 +212,10 @@ def _fault(text: str) -> Fault:
     if not kind.size or not kind.allowed(size):
         must = f"must be {kind.words} ({kind.size})" if kind.size else "no number goes with it"
         raise InputError(f"faults: {text!r}: {number}: {must}")
-    return Fault(thing, ails, size)
+    return Fault(component, verb, size)
 
 
-def _usage(ails: str) -> str:
-    kind = KINDS[ails]
+def _usage(verb: str) -> str:
+    kind = KINDS[verb]
     number = "" if not kind.size else " NUMBER" if kind.usual is None else " [NUMBER]"
-    return f"{ails}{number} ({kind.meaning})"
+    return f"{verb}{number} ({kind.meaning})"

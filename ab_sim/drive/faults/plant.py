@@ -43,15 +43,15 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
     system, balls = sound, sound.balls.copy()
     missing = 0.0
     for fault in faults:
-        if fault.ails in OF_BALLS:
+        if fault.verb in OF_BALLS:
             ball = ball_number(fault)
             balls[ball, [ROLLING_MASS, MOBILITY]] = BEYOND_ALL, 0.0
-            if fault.ails == "lost":
+            if fault.verb == "lost":
                 missing += float(balls[ball, MASS])
                 balls[ball, [MASS, MOMENT, ROUND_LEVER]] = 0.0
-        elif fault.ails == "softens":
+        elif fault.verb == "softens":
             assert fault.size is not None
-            system = _softened(system, scene, fault.thing, fault.size)
+            system = _softened(system, scene, fault.component, fault.size)
     if missing:
         # Built-in deck models have this field; with others, no ball can be lost
         # (``fault.check_faults``).
@@ -62,12 +62,12 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
 
 def ball_number(fault: Fault) -> int:
     """Return the number of a fault's ball."""
-    return int(fault.thing.rpartition("_")[2])
+    return int(fault.component.rpartition("_")[2])
 
 
 def held_balls(faults: Iterable[Fault]) -> list[int]:
     """Return the numbers of balls that do not move along the race: stuck or lost ones."""
-    return sorted(ball_number(fault) for fault in faults if fault.ails in OF_BALLS)
+    return sorted(ball_number(fault) for fault in faults if fault.verb in OF_BALLS)
 
 
 def stop_held_balls(
@@ -84,11 +84,11 @@ def stop_held_balls(
     spindle speed.
 
     Args:
-        system: with the faults.
-        state: modified in place.
-        discrete_state: modified in place: sliding directions of the balls.
+        system: system with the faults.
+        state: state of the system, modified in place.
+        discrete_state: discrete state with the balls' sliding directions, modified in place.
         held: numbers of the held balls.
-        psi: the spindle's angle [rad].
+        psi: spindle angle [rad].
     """
     layout, n = layout_of(system), len(system.balls)
     stopped = layout.rates.start + np.array(list(held), int)
@@ -108,13 +108,13 @@ def stop_held_balls(
         discrete_state[:n, DIRECTION] = np.sign(state[layout.rates])
 
 
-def _softened(system: System, scene: Scene, thing: str, part: float) -> System:
-    kind, _, which = thing.rpartition("_")
+def _softened(system: System, scene: Scene, component: str, part: float) -> System:
+    kind, _, which = component.rpartition("_")
     if kind == "mount":
         mounts = system.deck_model.mounts.copy()
         mounts[int(which), STIFFNESS:DAMPING] *= part
         return system._replace(deck_model=system.deck_model._replace(mounts=mounts))
-    at = list(scene.effects).index(thing)
+    at = list(scene.effects).index(component)
     effect = system.effects[at]
     weaker = {key: part * getattr(effect, key) for key in effect._fields if "stiffness" in key}
     effects = (*system.effects[:at], effect._replace(**weaker), *system.effects[at + 1 :])
@@ -124,7 +124,7 @@ def _softened(system: System, scene: Scene, thing: str, part: float) -> System:
 def _mass_matrix(
     system: System, state: np.ndarray, psi: float, bearing: list[int], balls: list[int]
 ) -> np.ndarray:
-    """Return G for the velocities of carrier and balls; two balls have no shared entry."""
+    """Return the mass matrix G of carrier and balls; entries of two different balls are 0."""
     every, k = _inertias(system, state, psi), len(bearing)
     layout = layout_of(system)
     matrix = np.zeros((k + len(balls),) * 2)
@@ -145,7 +145,7 @@ def _mass_matrix(
 
 
 def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System, np.ndarray]:
-    """Return the system and its state with one ball only."""
+    """Return the system and its state reduced to a single ball."""
     layout = layout_of(system)
     one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)))
     ball_state = state[layout.angles.start + ball], state[layout.rates.start + ball]

@@ -1,4 +1,4 @@
-"""Sensor models: from specific force to readings. Without ROS."""
+"""Sensor models, from specific force or displacement to readings, without ROS."""
 
 from ab_sim.drive.sensing.pickup import Pickup, PickupState, digits, noise_variance
 

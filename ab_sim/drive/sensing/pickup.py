@@ -13,8 +13,8 @@ Workman, Digital Control of Dynamic Systems, 3rd ed., section 6.3,
 
     z_k+1 = exp(p h) z_k + (exp(p h) - 1) / (p h) (g_k+1 - g_k)
 
-is exact. It is stable for every bandwidth, a constant passes unchanged to the last bit, and one
-complex number per axis is the whole state.
+is exact. The recursion is stable for every bandwidth, a constant passes unchanged to the last bit,
+and one complex number per axis is the whole state.
 """
 
 import math
@@ -45,24 +45,24 @@ class PickupState(NamedTuple):
 
 
 class LowPass(NamedTuple):
-    """Effect of one step on z: a complex factor of z, and another one of the input's change."""
+    """Complex factors of one step: ``decay`` of z, and ``drive`` of the input's change."""
 
     decay: float
     decay_i: float
     drive: float
     drive_i: float
-    """Complex numbers as real parts, each followed by its imaginary part."""
+    """Real part of each factor, followed by its imaginary part."""
 
 
 def low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
     """Filter step by step, so that the result does not depend on how calls are grouped.
 
     Args:
-        filter_: the low-pass.
-        force: its input, shape (steps, axes).
+        filter_: factors of the low-pass.
+        force: input [m/s^2], shape (steps, axes).
         mode: z of each axis, real and imaginary part, shape (axes, 2); modified in place.
-        last: its last input, shape (axes,); modified in place.
-        passed: receives its output, shape (steps, axes).
+        last: last input of each axis [m/s^2], shape (axes,); modified in place.
+        passed: receives the output [m/s^2], shape (steps, axes).
     """
     for k in range(force.shape[0]):
         for i in range(force.shape[1]):
@@ -76,10 +76,9 @@ def low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: 
 def noise_variance(sensor: Sampled, step: float) -> float:
     """Return the noise variance of a reading per axis [(m/s^2)^2]: filtered noise and quantisation.
 
-    The low-pass answers an impulse with 1 - (Re + Im) D, and n steps later with the negative (Re +
-    Im) of c d^(n-1), d = exp(p h), D = (d - 1) / (p h), c = (d - 1) D. The sum of the squares is
-    the part of the white noise that passes. Rounding to q adds q^2/12, the variance of a uniform
-    error.
+    The impulse response of the low-pass is 1 - (Re + Im) D at once, and -(Re + Im) c d^(n-1) after
+    n steps, with d = exp(p h), D = (d - 1) / (p h), c = (d - 1) D. The sum of its squares is the
+    fraction of white noise that passes. Rounding to q adds q^2/12, the variance of a uniform error.
     """
     turn, drive, size = _chain(sensor, step)
     fell = complex(np.expm1(turn)) * drive
@@ -105,17 +104,17 @@ def low_pass_of(sensor: Sampled, step: float) -> LowPass:
 
 
 class Pickup:
-    """Converts specific force to an accelerometer's readings, or displacement to a probe's.
+    """Sensor that converts specific force (accelerometer) or displacement (probe) to readings.
 
     Steps are counted as in ``Trajectory``: the state at t = 0 is step 0. Readings are bit-identical
     however the steps are grouped into calls, and after restoring a ``state``. The noise of a step
     depends on the seed, the stream and the step's number only.
 
     Args:
-        sensor: its parameters.
+        sensor: parameters of the sensor.
         step: integration step [s].
         axes: number of axes: 2, or 3 on a deck that moves in space, the third along the shaft.
-        stream: number of earlier sensors with the same seed, whose noise is another.
+        stream: number of earlier sensors with the same seed, so that their noise differs.
 
     Raises:
         ValueError: the number of steps between samples is not an integer.
@@ -136,10 +135,11 @@ class Pickup:
         self._pass(np.empty((0, self.axes)))
 
     def reset(self, initial: np.ndarray) -> None:
-        """Reset to a steady state, as if ``initial`` had acted for ever without noise.
+        """Reset to the steady state under a constant input without noise.
 
-        The held reading until the first sample is that of ``initial`` [m/s^2], which is on inertial
-        axes.
+        Args:
+            initial: input on inertial axes [m/s^2], shape (axes,); its reading is held until the
+                first sample.
         """
         force = self._on_axes(np.asarray(initial, dtype=float).reshape(1, self.axes))[0]
         self._mode = np.zeros(self.axes, dtype=complex)
@@ -164,8 +164,7 @@ class Pickup:
         """Return the readings at the end of consecutive integration steps.
 
         Args:
-            first_step: number of the first of these steps; it follows the last one of the previous
-                call.
+            first_step: number of the first of these steps, one after the last of the previous call.
             specific_force: acceleration minus gravity at the end of each step, on inertial axes
                 [m/s^2], shape (steps, axes).
 
