@@ -47,7 +47,7 @@ def test_reports_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     for words in ("peak W", "residual unbalance", "once per turn", "torn: torn: its last"):
         assert words in done.stdout, words
-    assert "stranger: cannot be judged" in done.stdout
+    assert "stranger: has no metrics" in done.stdout
     assert (tmp_path / "r.png").read_bytes().startswith(PNG)
     page = (tmp_path / "r.html").read_text()
     assert len(page) < 10_000_000 and page.count("plotly-graph-div") > 20

@@ -21,9 +21,9 @@ def texts_of(scene: Scene, file: Path) -> str:
 
 
 SENSES = {
-    "feeding-deck": {"forward whirl", "backward whirl", "to and fro"},
+    "feeding-deck": {"forward whirl", "backward whirl", "back and forth"},
     "thesis-hold": {"forward whirl", "backward whirl"},
-    "on-edge": {"to and fro"},
+    "on-edge": {"back and forth"},
 }
 
 

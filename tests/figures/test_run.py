@@ -86,7 +86,7 @@ def test_a_motor_shows_commanded_and_actual_speed_and_what_it_can_give(
     motor = {"rotor_inertia": 2.9e-5, "torque_limit": 1e-3, "proportional_gain": 1e-3}
     made = scene(effects={"motor": motor}, duration=0.5)
     text = texts_of(made, tmp_path / "figure.svg")
-    for words in ("commanded", "spindle speed", "motor torque [N m]", "most it can give"):
+    for words in ("commanded", "spindle speed", "motor torque [N m]", "largest torque"):
         assert words in text
 
 

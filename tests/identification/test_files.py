@@ -56,7 +56,7 @@ def test_the_command_writes_scene_page_and_json(folder: Path) -> None:
     assert "bench: fits" in ran.stdout and "what to record next" in ran.stdout
     assert ab_sim.load_scene(out).rotor.eccentricity == pytest.approx(8.5e-5, rel=1e-6)
     text = page.read_text()
-    assert "what is left: measured less fitted" in text and "rotor.eccentricity" in text
+    assert "residuals: measured minus fitted" in text and "rotor.eccentricity" in text
     assert "at its bound" not in text
     assert '"text":"[mm]"' in text and '"text":"[m]"' not in text
     assert "http" not in text.partition("</style>")[0]

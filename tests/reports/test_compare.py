@@ -62,7 +62,7 @@ def test_a_live_run_is_the_same_to_the_bit(tmp_path: Path, scene: Scene, live: T
     )
     assert found.not_compared == {
         "samples are aligned by it": ("step", "time"),
-        "the scene obeys it": ("command",),
+        "the scene follows it": ("command",),
     }
     assert all(each.largest == each.rms == 0.0 for each in found.deviations)
 

@@ -15,7 +15,7 @@ PEERS = ("tab:blue", "tab:cyan", "tab:green", "tab:gray", "black", "navy", "teal
 """Colours of the first methods; further ones have distinct colours."""
 MARKERS = "osD^vP*X"
 REAL_TIME = 1.0
-"""CPU seconds per simulated second at which one core just keeps up."""
+"""CPU seconds per simulated second at which one core just runs in real time."""
 
 
 def accuracy_figure(cost: AccuracyCost, path: Path) -> None:
@@ -99,7 +99,7 @@ def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: flo
     if uncertainty > bottom:
         axes.axhspan(bottom, uncertainty, color="0.88", zorder=0)
         axes.text(
-            0.98, uncertainty / 1.2, f"the reference knows no better than {uncertainty:.0e}",
+            0.98, uncertainty / 1.2, f"uncertainty of the reference: {uncertainty:.0e}",
             transform=axes.get_yaxis_transform(), ha="right", va="top", fontsize=8, color="0.3",
         )  # fmt: skip
     axes.set_xlabel("CPU seconds per simulated second = share of one core in real time")
@@ -108,7 +108,7 @@ def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: flo
 
 
 def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
-    """Write steps left of the marks, without those that would cover a mark or another label."""
+    """Write labels left of their marks, except those that would cover a mark or another label."""
     within = axes.transData + axes.transAxes.inverted()
     marks = np.vstack([within.transform(line.get_xydata()) for line in axes.lines[:-1]])
     written: list[tuple[float, float]] = []
@@ -126,5 +126,5 @@ def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
 
 
 def _drawable(bound: ErrorBound) -> float:
-    """Return a value for a logarithmic axis; an error of exactly 0 goes to the last digit."""
+    """Return the error for a logarithmic axis, at least the rounding error of a double."""
     return max(bound.value, 1e-17)

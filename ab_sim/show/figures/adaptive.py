@@ -1,4 +1,4 @@
-"""An adaptive start-up in a run's picture: dwells, and the estimated unbalance."""
+"""Adaptive start-up in a run's picture: dwells, and the estimated unbalance."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -25,11 +25,11 @@ ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
 """Final states, which are marked by a line, and their colours."""
 WIDTH = 0.011
 """Largest width of a letter of these labels, relative to the panels."""
-TRUE, BELIEVED = RUN, "black"
+TRUE, ESTIMATED = RUN, "black"
 
 
 class Stretch(NamedTuple):
-    """A period in which the controller was in one state."""
+    """Period in which the controller stays in one state."""
 
     state: State
     begin: float
@@ -40,10 +40,10 @@ class Stretch(NamedTuple):
 def stretches(history: Sequence[EstimatesAt]) -> Iterator[Stretch]:
     """Yield the successive states of the controller."""
     begin = 0
-    for k, believed in enumerate(history):
+    for k, estimates in enumerate(history):
         last = k + 1 == len(history)
-        if last or history[k + 1].state is not believed.state:
-            yield Stretch(believed.state, history[begin].time, history[k + (not last)].time)
+        if last or history[k + 1].state is not estimates.state:
+            yield Stretch(estimates.state, history[begin].time, history[k + (not last)].time)
             begin = k + 1
 
 
@@ -92,24 +92,24 @@ def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: Adaptiv
 
     Args:
         axes: axes of this panel only.
-        path: the run.
+        path: samples of the run.
         scene: scene of the run.
-        adaptive: outcome of its controller.
+        adaptive: outcome of the controller.
     """
     length, symbol = scene.whirl_unit
-    times = np.array([believed.time for believed in adaptive.history])
-    values = np.array([believed.net_unbalance for believed in adaptive.history]) / length
+    times = np.array([estimates.time for estimates in adaptive.history])
+    values = np.array([estimates.net_unbalance for estimates in adaptive.history]) / length
     spread = np.array([b.net_unbalance_deviation for b in adaptive.history]) / length
     true = net_unbalance(path, scene) / length
     draw_curve(axes, path["time"], true, color=TRUE, lw=1.3, zorder=3)
     labels = [Label(true[-1], f"{true[-1]:.3g}  true", TRUE)]
     finite = np.isfinite(values)
     if finite.any():
-        axes.plot(times, values, color=BELIEVED, lw=1.0, zorder=4)
+        axes.plot(times, values, color=ESTIMATED, lw=1.0, zorder=4)
         low, high = np.maximum(values - spread, 0.0), values + spread
-        axes.fill_between(times, low, high, color=BELIEVED, alpha=0.15, lw=0, zorder=2)
+        axes.fill_between(times, low, high, color=ESTIMATED, alpha=0.15, lw=0, zorder=2)
         last = values[finite][-1]
-        labels.append(Label(last, f"{last:.3g}  believed,\n+- a standard deviation", BELIEVED))
+        labels.append(Label(last, f"{last:.3g}  estimated,\n+- a standard deviation", ESTIMATED))
     # The first estimates may be far off.
     axes.set_ylim(0.0, 1.3 * max(true.max(), 1e-9))
     axes.set_ylabel(f"net unbalance / {symbol} [1]")

@@ -1,4 +1,4 @@
-"""Positions of a run's balls; speeds of those that never come to rest."""
+"""Panel of a run's balls: their angles, or their speeds if balls circulate."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ MOST_LABELS = 8
 
 
 def draw_balls(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
-    """Draw ball angles, or speeds if balls circulate, because hundreds of turns show less.
+    """Draw ball angles, or speeds if balls circulate, because many turns of angle are illegible.
 
     Args:
         axes: axes to draw on.

@@ -35,7 +35,7 @@ def basin_figure(basin: Basin, path: Path) -> None:
     """Draw final states and residual unbalance of runs, and write both to a file.
 
     Args:
-        basin: a basin.
+        basin: final states of the runs.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_basin(basin), path, 110)
@@ -44,7 +44,9 @@ def basin_figure(basin: Basin, path: Path) -> None:
 def drawn_basin(basin: Basin) -> ResultFigure:
     """Return the figure of ``basin_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(13, 6.6), layout="constrained")
-    figure.suptitle(f"Where runs of {basin.scene.name} end, by where two balls start", fontsize=14)
+    figure.suptitle(
+        f"Final states of {basin.scene.name} over the start angles of two balls", fontsize=14
+    )
     ends, residuals = figure.subplots(1, 2, sharex=True, sharey=True)
     degrees = np.degrees(basin.angles)
     half = 180.0 / len(degrees)
@@ -65,7 +67,7 @@ def drawn_basin(basin: Basin) -> ResultFigure:
     figure.legend(
         handles=handles, loc="outside lower center", ncols=3, fontsize=9,
         # A legend below all panels leaves no room for a separate line.
-        title=f"balanced: at most {basin.limit:g} of the unbalance is left. {NOTATION}",
+        title=f"balanced: residual unbalance at most {basin.limit:g}. {NOTATION}",
     )  # fmt: skip
     residual = np.array(
         [[np.nan if e.residual_unbalance is None else e.residual_unbalance for e in row]

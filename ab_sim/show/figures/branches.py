@@ -30,8 +30,8 @@ def branches_figure(
 
     Args:
         scene: scene of the branches.
-        equilibria: states at one speed, which is marked.
-        over_speed: branches.
+        equilibria: resting states at one speed, which is marked.
+        over_speed: branches of resting states over the speed.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_branches(scene, equilibria, over_speed), path, 110)
@@ -40,7 +40,7 @@ def branches_figure(
 def drawn_branches(scene: Scene, equilibria: Equilibria, over_speed: OverSpeed) -> ResultFigure:
     """Return the figure of ``branches_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(10, 7.5), layout="constrained")
-    figure.suptitle(f"Where the balls of {scene.name} can rest", fontsize=14)
+    figure.suptitle(f"Resting states of the balls of {scene.name}", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.9))
     length, symbol = scene.whirl_unit
     names = list(dict.fromkeys(_pattern(interval.label) for interval in over_speed.intervals))
@@ -83,7 +83,7 @@ def drawn_branches(scene: Scene, equilibria: Equilibria, over_speed: OverSpeed) 
 
 
 def _pattern(label: str) -> str:
-    """Return a label without the number of the radius and of the position."""
+    """Return a branch's label without the numbers of radius and position."""
     return label.split("/")[0].split(",")[0]
 
 

@@ -18,7 +18,7 @@ STYLES: dict[str | None, dict[str, Any]] = {
     "backward": {"color": "tab:blue", "ls": (0, (4, 3)), "lw": 1.6, "zorder": 2.2},
     None: {"color": "0.4", "ls": "-", "lw": 1.6, "zorder": 2.0},
 }
-"""Styles by the sense of whirl; dashed, so that both are visible where they coincide."""
+"""Styles by the sense of whirl; one is dashed, so that both are visible where they coincide."""
 ONCE: dict[str, Any] = {"color": "tab:green", "ls": ":", "lw": 1.2}
 RPM = 30.0 / math.pi
 
@@ -27,7 +27,7 @@ def campbell_figure(vibration: NaturalVibration, path: Path) -> None:
     """Draw frequencies and damping ratios over speed, and write them to a file.
 
     Args:
-        vibration: vibration of a scene.
+        vibration: natural vibration of a scene over the speed.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_campbell(vibration), path, 110)
@@ -84,7 +84,7 @@ def _label(vibration: NaturalVibration, mode: Mode) -> Label:
 
 def _legend(vibration: NaturalVibration) -> list[Line2D]:
     senses = {mode.sense for branch in vibration.over_speed.branches for mode in branch}
-    names = {"forward": "forward whirl", "backward": "backward whirl", None: "to and fro"}
+    names = {"forward": "forward whirl", "backward": "backward whirl", None: "back and forth"}
     lines = [
         Line2D([], [], label=name, **STYLES[sense])
         for sense, name in names.items()

@@ -1,4 +1,4 @@
-"""The palette in the form of matplotlib and plotly: ``#rrggbb``."""
+"""Palette in the form of matplotlib and plotly: ``#rrggbb``."""
 
 from collections.abc import Sequence
 
@@ -36,7 +36,15 @@ def distinct_colours(
     lightness: tuple[float, float] = ON_LIGHT,
     hues: tuple[float, float] = (0.0, 360.0),
 ) -> list[str]:
-    """Return distinct colours, see `distinct`; the first ones as given."""
+    """Return ``count`` distinct colours, the given ``first`` ones first; see ``palette.distinct``.
+
+    Args:
+        count: number of colours.
+        first: colours to start with, in matplotlib's notation.
+        avoid: colours from which further ones must differ.
+        lightness: range of lightness of further colours, 0 to 1.
+        hues: range of hues of further colours [deg].
+    """
     colours = distinct(
         count, [_of(one) for one in first], avoid=[_of(one) for one in avoid],
         lightness=lightness, hues=hues,

@@ -10,9 +10,9 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 from ab_sim.base.conventions import NOTATION, in_one_turn
 
 WINDOW = 0.01
-"""Share of the time axis in which swings are counted."""
+"""Width of the window in which swings are counted, as a share of the time axis."""
 SWINGS = 3.3
-"""Number of turning points in a window from which swings merge: their range is drawn."""
+"""Number of turning points in a window from which on the range of swings is drawn."""
 VISIBLE = 1e-4
 """Smallest visible swing, relative to the largest value."""
 
@@ -22,15 +22,15 @@ def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -
 
     Args:
         axes: axes to draw on.
-        time: shape (samples,).
-        values: shape (samples,).
-        style: as in ``Axes.plot``, with a color.
+        time: times of the samples [s], shape (samples,).
+        values: values of the curve, shape (samples,).
+        style: keywords of ``Axes.plot``, including color.
     """
     width = max(3, round(WINDOW * len(time)))
     # Counted over several windows, so that the result does not alternate between windows.
     fast = uniform_filter1d(_turns(values), 5 * width, mode="reflect") * width >= SWINGS
     if fast.any():
-        # Both extend over each other by a window, so that range and curve meet.
+        # The range extends half a window beyond the fast part, so that it meets the curve.
         blurred = maximum_filter1d(fast, width)
         low = minimum_filter1d(values, width, mode="nearest")
         high = maximum_filter1d(values, width, mode="nearest")
@@ -53,10 +53,10 @@ def _turns(values: np.ndarray) -> np.ndarray:
 
 
 def in_degrees(angles: np.ndarray) -> np.ndarray:
-    """Return ball angles [rad] in deg, within the drawn turn; NaN where a ball leaves it.
+    """Return ball angles in degrees, within the drawn turn; NaN where a ball leaves it.
 
     Args:
-        angles: unwrapped, shape (samples,) or (samples, balls).
+        angles: unwrapped ball angles [rad], shape (samples,) or (samples, balls).
     """
     degrees = np.degrees(in_one_turn(angles))
     degrees[1:][np.abs(np.diff(degrees, axis=0)) > 180.0] = np.nan
@@ -64,5 +64,5 @@ def in_degrees(angles: np.ndarray) -> np.ndarray:
 
 
 def say_conventions(figure: Figure, text: str = "") -> None:
-    """Write a text below all panels, and the page that explains symbols and signs."""
+    """Write a text below all panels, with a reference to the page on symbols and signs."""
     figure.supxlabel("\n".join(filter(None, (text, NOTATION))), fontsize=8, color="0.4")

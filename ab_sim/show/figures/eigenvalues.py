@@ -21,7 +21,9 @@ def drawn_states(equilibria: Equilibria) -> ResultFigure:
         equilibria: resting states of one scene at one speed.
     """
     figure = ResultFigure(figsize=(11, 5.6), layout="constrained")
-    figure.suptitle(f"Where the balls of {equilibria.scene} can rest at {equilibria.speed:g} rad/s")
+    figure.suptitle(
+        f"Resting states of the balls of {equilibria.scene} at {equilibria.speed:g} rad/s"
+    )
     plane = figure.add_subplot(1, 2, 1)
     ring = figure.add_subplot(1, 2, 2, projection="polar")
     colours = distinct_colours(len(equilibria.branches), FIRST, avoid=["k"])
@@ -39,7 +41,7 @@ def drawn_states(equilibria: Equilibria) -> ResultFigure:
         ring.plot(turned, np.full_like(turned, radius), color=colour, lw=0.6)
         ring.plot(state.theta, np.full(len(state.theta), radius), **style)
     plane.axvline(0.0, color="k", lw=0.8)
-    plane.set_xlabel("real part [1/s]; right of 0 what is near goes away")
+    plane.set_xlabel("real part [1/s]; unstable to the right of 0")
     plane.set_ylabel("imaginary part [rad/s]")
     plane.grid(alpha=0.3)
     ring.set_yticks([])

@@ -1,4 +1,4 @@
-"""An identification: measured and fitted signals, residuals, and intervals."""
+"""Picture of an identification: measured and fitted signals, residuals, and intervals."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -7,7 +7,7 @@ from ab_sim.identification.result import Identification, RecordingFit, shown_uni
 from ab_sim.show.figures.colours import GREY, RUN, VERMILION
 from ab_sim.show.figures.saved import ResultFigure
 
-MEASURED, FITTED, LEFT = GREY, RUN, VERMILION
+MEASURED, FITTED, RESIDUAL = GREY, RUN, VERMILION
 WORST = 1.0
 """Largest relative half-width of an interval that is drawn."""
 
@@ -36,8 +36,8 @@ def _compare(above: Axes, below: Axes, recording_fit: RecordingFit) -> None:
     above.set_title(f"{measured.name}{suffix}, first axis", fontsize=10, loc="left")
     # Above the axes, where there are no curves.
     above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, frameon=False)
-    below.plot(time, scale * recording_fit.residuals[:, 0], color=LEFT, lw=0.6)
-    below.set_ylabel(f"left [{unit}]", fontsize=9)
+    below.plot(time, scale * recording_fit.residuals[:, 0], color=RESIDUAL, lw=0.6)
+    below.set_ylabel(f"residual [{unit}]", fontsize=9)
     below.set_xlabel("time [s]", fontsize=9)
     for axes in (above, below):
         axes.set_xlim(0.0, time[-1])
@@ -45,7 +45,7 @@ def _compare(above: Axes, below: Axes, recording_fit: RecordingFit) -> None:
 
 
 def _shares(identification: Identification) -> list[tuple[str, float, float]]:
-    """Return name and relative interval ends of the scene's parameters."""
+    """Return the name and the relative interval ends of each parameter of the scene."""
     return [
         (estimate.name, estimate.low / estimate.value - 1.0, estimate.high / estimate.value - 1.0)
         for estimate in identification.estimates
@@ -56,10 +56,10 @@ def _shares(identification: Identification) -> list[tuple[str, float, float]]:
 def _intervals(axes: Axes, identification: Identification) -> None:
     rows = _shares(identification)
     for place, (_, low, high) in enumerate(rows):
-        axes.plot([100 * low, 100 * high], [place, place], color=LEFT, lw=3)
+        axes.plot([100 * low, 100 * high], [place, place], color=RESIDUAL, lw=3)
     axes.set_yticks(range(len(rows)), [name for name, _, _ in rows], fontsize=8)
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.invert_yaxis()
     axes.axvline(0.0, color=MEASURED, lw=1)
-    axes.set_xlabel("interval of 95 %, from the value [%]", fontsize=9)
+    axes.set_xlabel("95 % interval relative to the value [%]", fontsize=9)
     axes.grid(alpha=0.3, axis="x")

@@ -1,4 +1,4 @@
-"""Labels next to a panel, each as close to its curve as the others allow."""
+"""Labels at the right of a panel, each as close to its curve as the other labels allow."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ APART = 1.0
 
 
 class Label(NamedTuple):
-    """A text at the right edge of a panel."""
+    """Text at the right edge of a panel."""
 
     value: float
     """Position on the vertical axis."""
@@ -21,13 +21,13 @@ class Label(NamedTuple):
 
 
 def label_at_right(axes: Axes, labels: Sequence[Label], away: float = 5.0) -> None:
-    """Write texts next to a panel, at their values, moved apart if they would overlap.
+    """Write texts at the right of a panel, at their values, moved apart if they would overlap.
 
-    No label is above or below the panel: those of values beyond its limits are at the nearest edge.
-    If there is not enough room, the last ones are left out and counted.
+    Labels of values beyond the panel's limits are at the nearest edge. If there is not enough room,
+    the last labels are replaced by their number.
 
     Args:
-        axes: limits and size may change until it is drawn.
+        axes: axes of the panel; limits and size may change until it is drawn.
         labels: labels, the most important ones first.
         away: distance from the panel [pt].
     """
@@ -41,7 +41,7 @@ class _LabelsAtRight(Artist):
     def __init__(self, axes: Axes, labels: Sequence[Label], away: float) -> None:
         super().__init__()
         self.set_zorder(-1.0)  # drawn before the texts
-        # The layout asks it for its size before them, because it is not clipped.
+        # Not clipped, so that the layout queries its size before that of the texts.
         axes.add_artist(self)
         self.set_clip_on(False)
         self._values = [label.value for label in labels]
@@ -59,7 +59,7 @@ class _LabelsAtRight(Artist):
         self._place(renderer)
 
     def get_tightbbox(self, renderer: Any = None) -> None:
-        """Return no extent, but place the texts: the layout asks this artist before the texts."""
+        """Place the texts and return no extent: the layout queries this artist before the texts."""
         self._place(renderer)
 
     def _place(self, renderer: Any) -> None:
@@ -98,7 +98,7 @@ def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> lis
     Args:
         wanted: desired centres, increasing.
         heights: heights of the intervals, together at most ``top``.
-        top: no interval reaches above it, or below 0.
+        top: upper limit of the intervals; the lower limit is 0.
     """
     # Overlapping neighbours form a block, which is centred on its members' desired centres.
     blocks: list[tuple[list[float], list[float]]] = []

@@ -24,7 +24,7 @@ def multipliers_figure(solutions: Sequence[Stability], path: Path) -> None:
     """Draw the multipliers of solutions in the complex plane, with the unit circle.
 
     Args:
-        solutions: at least one, of one scene at one speed.
+        solutions: one or more periodic solutions of one scene at one speed.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_multipliers(solutions), path, 110)
@@ -49,7 +49,7 @@ def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
     near.set_title("around 1", fontsize=10)
     figure.legend(
         *whole.get_legend_handles_labels(), loc="outside lower center", fontsize=9,
-        title="over one turn of the spindle; inside the circle what is near comes back",
+        title="over one turn of the spindle; stable inside the circle",
         title_fontsize=8,
     )  # fmt: skip
     return figure
@@ -107,7 +107,7 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
 
     Args:
         scene: name of the scene.
-        followed: solutions over the parameter, at least one.
+        followed: one or more solutions over the parameter.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_modulus(scene, followed), path, 110)

@@ -1,4 +1,4 @@
-"""Samples without a scene: speed, whirl and ball angles of one trajectory; the whirl of many."""
+"""Pictures of samples without a scene: panels of one trajectory, or the whirl of many runs."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -50,7 +50,7 @@ def drawn_batch(batch: Batch) -> ResultFigure:
     """Return a figure of the whirl of every run over time, coloured in order.
 
     Args:
-        batch: at least one run.
+        batch: batch of at least one run.
 
     Raises:
         InputError: the batch has metrics only.

@@ -1,4 +1,4 @@
-"""Picture of a recovery over drag: settling time, amplitude, index, and against lambda_Rmax."""
+"""Picture of a recovery over drag: settling time, also over lambda_Rmax, amplitude and index."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ def recovery_figure(recoveries: RecoveryOverDrag, path: Path) -> None:
     """Draw settling time, amplitude and composite index over drag, and write them to a file.
 
     Args:
-        recoveries: recovery of a scene.
+        recoveries: recoveries of a scene over the drag.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_recovery(recoveries), path, 110)

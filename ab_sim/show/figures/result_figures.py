@@ -1,4 +1,4 @@
-"""Figures of the method ``plot()`` of results."""
+"""Figures for the method ``plot()`` of results."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -26,7 +26,7 @@ from ab_sim.show.figures.tuning import drawn_tuning
 
 
 def _run(offline_run: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
-    """Draw a run with the runs that it is compared with."""
+    """Draw a run and the runs for comparison."""
     beside = Comparison(None, None) if comparison is None else comparison
     period, adaptive = offline_run.variable_speed_period, offline_run.adaptive
     path, aborted = offline_run.trajectory, offline_run.aborted
@@ -66,7 +66,12 @@ DRAWN: dict[str, Callable[..., ResultFigure]] = {
 
 
 def figure_of(picture: str, *results: object) -> ResultFigure:
-    """Return the figure of a ``_picture``, or of another module's function: ``module:function``."""
+    """Return the figure of results.
+
+    Args:
+        picture: key in ``DRAWN``, or a function as ``module:function``.
+        results: arguments of the function that draws.
+    """
     module, _, name = picture.rpartition(":")
     draw = getattr(import_module(module), name) if module else DRAWN[name]
     return with_plain_texts(draw(*results))

@@ -40,7 +40,7 @@ KINDS = {
 DOTS = 120
 """Resolution of a picture [dots per inch]."""
 LEAST = 1e-4
-"""Share of the peak below which whirl and similar curves are not drawn."""
+"""Share of the peak below which whirl, height and tilt are not drawn."""
 
 
 def run_figure(
@@ -53,9 +53,9 @@ def run_figure(
 ) -> None:
     """Draw a run, and write it to a file.
 
-    The panels show speed; W/e with that of the runs for comparison; for a deck in space its height
-    and tilt; with a motor its torque; with balls the driving force on them and their angles from
-    the unbalance, or their speeds if they circulate.
+    The panels show the speed and W/e, also of the runs for comparison. A deck in space adds height
+    and tilt, a motor its torque. Balls add the driving force on them and their angles from the
+    unbalance, or their speeds if they circulate.
 
     Args:
         trajectory: consecutive samples, from the start to the end.
@@ -63,7 +63,7 @@ def run_figure(
         path: file to write; its ending sets the format (png, svg, pdf).
         comparison: the same run without its variable-speed period, and without its balls.
         period_start: start of the variable-speed period [s], if there is one.
-        title: default: the profile's kind and the scene's name.
+        title: title of the picture; default: the profile's kind and the scene's name.
     """
     save(drawn_run(trajectory, scene, comparison, period_start, title), path, DOTS)
 
@@ -164,7 +164,7 @@ def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparis
     if scene.critical_speed is not None:
         axes.axhline(scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
         labels.append(Label(scene.critical_speed, "critical speed", LIMIT))
-        # the opposite direction is equally critical
+        # The opposite direction of rotation has the same critical speed.
         if path["speed"].min() <= -scene.critical_speed:
             axes.axhline(-scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
             labels.append(Label(-scene.critical_speed, "critical speed", LIMIT))
@@ -236,7 +236,7 @@ def _draw_height(axes: Axes, path: Trajectory) -> None:
 
 
 def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
-    """Draw each angle in its own colour; gamma, a turn of the disc in its plane, is behind."""
+    """Draw each angle in its own colour, gamma (in the plane of the disc) behind the others."""
     angles = 1e3 * (path.tilt - rest_of(scene).tilt)
     labels, least = [], LEAST * np.abs(angles).max()
     for axis, (name, color) in enumerate(zip(TILT, SERIES, strict=True)):
@@ -254,9 +254,9 @@ def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:
     axes.plot(time, torque, color=RUN, lw=1.2)
     axes.set_ylabel("motor torque [N m]")
     labels = [Label(torque[-1], "torque", RUN)]
-    for sign, text in ((1.0, "most it can give\nat this speed"), (-1.0, "most it can brake")):
+    for sign, text in ((1.0, "largest torque\nat this speed"), (-1.0, "largest braking torque")):
         limit = sign * motor.torque_limit - motor.back_emf_slope * speed
-        # The lower limit only if the motor brakes that hard; it would compress the curve.
+        # Draw the lower limit only if it is nearly reached, because it compresses the curve.
         if sign > 0 or np.any(torque < 0.5 * limit):
             # Broad and behind, so that it is visible where the torque is at the limit.
             axes.plot(time, limit, color="0.8", lw=5.0, zorder=1)

@@ -1,4 +1,4 @@
-"""Writing of pictures, with texts from outside unchanged."""
+"""Writing of pictures, with texts from outside shown literally."""
 
 from io import BytesIO
 from pathlib import Path
@@ -14,7 +14,7 @@ from ab_sim.base.quoting import visible
 
 
 class ResultFigure(Figure):
-    """A figure that a notebook shows even if matplotlib's display is not configured."""
+    """Figure that a notebook shows even if matplotlib's display is not configured."""
 
     def _repr_png_(self) -> bytes:
         drawn = BytesIO()
@@ -26,10 +26,10 @@ Drawn = TypeVar("Drawn", bound=Figure)
 
 
 def with_plain_texts(figure: Drawn) -> Drawn:
-    """Return the same figure, with texts from outside unchanged.
+    """Return the figure after changing it to show texts from outside literally.
 
-    Its texts contain names of scenes and files. A $ in them does not begin a formula, and
-    characters that a font or an SVG lacks are written out. Only matplotlib's own axis numbers are
+    Texts contain names of scenes and files. A $ in them does not begin a formula, and characters
+    that a font or an SVG lacks are written as escapes. Only matplotlib's own axis numbers are
     formulas.
     """
     numbers = {id(axis.get_offset_text()) for axis in figure.findobj(Axis)}
@@ -48,12 +48,12 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
     The picture is drawn before it is written, so that an interrupt leaves no partial file.
 
     Args:
-        figure: the figure.
-        path: its ending sets the format.
-        dpi: dots per inch.
+        figure: figure to write.
+        path: file to write; its ending sets the format.
+        dpi: resolution [dots per inch].
 
     Raises:
-        InputError: the file cannot be written; the message has the reason.
+        InputError: the file cannot be written; the message states the reason.
     """
     with_plain_texts(figure)
     drawn = BytesIO()

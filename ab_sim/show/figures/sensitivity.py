@@ -1,4 +1,4 @@
-"""Effect of one percent of each number of a scene on a run's metrics, as bars."""
+"""Bars for the effect on a run's metrics of a change of each number of a scene by 1 %."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +10,7 @@ MORE, LESS = "#1f4e8c", "#c4622d"
 MOST = 25
 """Largest number of bars in a panel, those with the most influence."""
 SMALL = 1e-6
-"""Percent per percent below which a bar is not drawn."""
+"""Sensitivity [percent per percent] below which a bar is not drawn."""
 
 
 def drawn_sensitivities(sensitivities: MetricSensitivities) -> ResultFigure:

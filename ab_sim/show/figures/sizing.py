@@ -1,4 +1,4 @@
-"""A sizing: drag windows over numbers of balls, and predicted and simulated shares."""
+"""Picture of a sizing: drag windows over numbers of balls, predicted and simulated shares."""
 
 import math
 
@@ -113,7 +113,7 @@ def _shares(sizing: Sizing, axes: Axes) -> None:
     _seen(axes, float(chosen.drag or 0.0), sizing.runs.share, name, "*")
     axes.set_xscale("log")
     axes.grid(alpha=0.25)
-    axes.set_title(f"{chosen.count} balls; star: the drag spread by its tolerance", fontsize=9)
+    axes.set_title(f"{chosen.count} balls; star: drag varied within its tolerance", fontsize=9)
 
 
 def _seen(axes: Axes, drag: float, share: ShareBalanced, name: str, mark: str = "o") -> None:

@@ -1,4 +1,4 @@
-"""A spread: distributions of built drives' metrics, and influence of each tolerance."""
+"""Picture of a spread: distributions of metrics of built drives, influence of each tolerance."""
 
 import math
 
@@ -11,7 +11,7 @@ from ab_sim.show.figures.saved import ResultFigure
 
 OWN, OTHER, ALONE = "#2b6ca3", "#e88b2d", "#b9cfe3"
 WIDE = 30.0
-"""Ratio between the ends of a positive metric from which its axis is logarithmic."""
+"""Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
 
 
 def drawn_spread(spread: Spread) -> ResultFigure:
@@ -60,7 +60,7 @@ def _draw_distribution(spread: Spread, axes: Axes, metric: str) -> None:
         if bound.metric == metric:
             axes.axvline(factor * bound.limit, color="#d7403a", lw=1.2, ls="--")
     if not everything:
-        axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
+        axes.text(0.5, 0.5, "no values", transform=axes.transAxes, ha="center", fontsize=10)
     else:
         values = np.concatenate(everything)
         if values.min() > 0.0 and values.max() > WIDE * values.min():
@@ -75,7 +75,7 @@ def _draw_distribution(spread: Spread, axes: Axes, metric: str) -> None:
 
 
 def _draw_indices(spread: Spread, axes: Axes, what: str, named: bool) -> None:
-    """Draw bars for each factor: alone above, with its interactions below."""
+    """Draw two bars for each factor: its index alone above, with interactions below."""
     indices = spread.sobol.indices[what]
     places = np.arange(len(indices))[::-1].astype(float)
     for shift, colour, values, intervals in (

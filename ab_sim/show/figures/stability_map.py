@@ -1,4 +1,4 @@
-"""Maps: labels over two parameters, each in its colour."""
+"""Pictures of stability maps: areas of labels over two parameters."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -35,24 +35,25 @@ COLOURS = {
     NO_STATE: "#3b3b3b",
     UNDECIDED: "#bdbdbd",
 }
-"""Colours of labels; those of others follow from their kinds, see ``colours_of``."""
+"""Colours of some labels; for other labels see ``colours_of``."""
 ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
+"""Colours of labels whose stable states are all unbalanced."""
 BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
-"""Colours of labels with two or more stable kinds, between which the start decides."""
+"""Colours of labels with stable balance and other stable states; the start decides between them."""
 WARM, COOL = (50.0, 105.0), (185.0, 290.0)
-"""Hues of further colours of either group [deg], see ``ab_sim.base.palette``."""
+"""Hues of further colours of these two groups [deg], see ``ab_sim.base.palette``."""
 LIGHTNESS = (0.35, 0.9)
 HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
 """Pattern and colour of areas in which balls can circulate, or in which that is unknown."""
 BLUR, NEAR = 2.0, 0.02
-"""Number of points over which borders are smoothed, and least distance of a border to a point."""
+"""Number of points over which borders are smoothed, and least distance of a value from 0.5."""
 
 
 def map_figure(stability_map: StabilityMap, path: Path, beside: StabilityMap | None = None) -> None:
     """Draw labels over the plane, and write them to a file.
 
     Args:
-        stability_map: a map.
+        stability_map: map to draw.
         path: file to write; its ending sets the format (png, svg, pdf).
         beside: another map on the same axes, drawn to the right.
     """
@@ -89,12 +90,12 @@ def drawn_map(stability_map: StabilityMap, beside: StabilityMap | None = None) -
 
 
 def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
-    """Draw labels of a plane as areas, with the axes' quantities.
+    """Draw the labels of a plane as coloured areas, with a title for each axis.
 
     Args:
         axes: axes to draw on.
         plane: plane of the map.
-        labels: shape (values up, values across).
+        labels: label of each point, shape (values up, values across).
         colours: colour of each label.
     """
     order = sorted(colours)
@@ -113,6 +114,10 @@ def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int,
 
 def draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
     """Hatch the areas in which all balls can circulate in a bunch, or in which that is unknown.
+
+    Args:
+        axes: axes to draw on.
+        stability_map: map with the areas.
 
     Returns:
         Entries for the legend.
@@ -134,10 +139,10 @@ def draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
 
 
 def family_figure(family: Family, path: Path) -> None:
-    """Draw the borders of stable balance, one for each value, and write them to a file.
+    """Draw the border of stable balance for each value of a third key, and write it to a file.
 
     Args:
-        family: maps on the same axes.
+        family: maps on the same axes, one for each value.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     plane = family.maps[0].plane
@@ -154,7 +159,7 @@ def family_figure(family: Family, path: Path) -> None:
                 )  # fmt: skip
         share = 100.0 * map_.balanced.mean()
         handles.append(Line2D([], [], color=shade, lw=1.8, label=f"{value:g}  ({share:.1f} %)"))
-    axes.set_title(f"Where {plane.scene.name} can rest balanced: borders", fontsize=13)
+    axes.set_title(f"Borders of stable balance of {plane.scene.name}", fontsize=13)
     axes.set_xlabel(plane.titles[0])
     axes.set_ylabel(plane.titles[1])
     axes.grid(alpha=0.3)
@@ -169,10 +174,10 @@ def family_figure(family: Family, path: Path) -> None:
 def smoothed(inside: np.ndarray) -> np.ndarray:
     """Return values above 0.5 at exactly the points that are inside, with a smooth border.
 
-    A border halfway between all points would have steps.
+    Without smoothing, the border would have steps.
 
     Args:
-        inside: shape (values up, values across), bool.
+        inside: mask of points, shape (values up, values across).
     """
     blurred = gaussian_filter(inside.astype(float), BLUR, mode="nearest")
     return np.where(inside, np.maximum(blurred, 0.5 + NEAR), np.minimum(blurred, 0.5 - NEAR))

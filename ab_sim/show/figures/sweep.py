@@ -1,4 +1,4 @@
-"""A sweep: metrics over one key as lines, over two as maps, over more as panels of pairs."""
+"""Picture of a sweep: lines over one key, maps over two, panels of pairs of keys over more."""
 
 import itertools
 import math
@@ -25,13 +25,13 @@ MARKS = {
 }
 """Markers of runs that did not settle."""
 BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: "#9a9a9a"}
-"""Faces of the dots of runs that balance, on maps."""
+"""Fill colours of the dots that mark balanced runs on maps."""
 NO_VALUE = "#d9d9d9"
 LINE, BEST = "#2b6ca3", "#b3007d"
 WIDE = 30.0
 """Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
 MOST_KEYS = 6
-"""Largest number of keys in panels of pairs; the figure says how many are left out."""
+"""Largest number of keys in panels of pairs; the title names the others."""
 
 
 def drawn_sweep(sweep: Sweep) -> ResultFigure:
@@ -57,7 +57,7 @@ def _lines(sweep: Sweep) -> ResultFigure:
                 across, [g.min() for g in groups], [g.max() for g in groups], color=LINE,
                 alpha=0.2, lw=0,
             )  # fmt: skip
-            # A line would bridge values without results.
+            # NaN interrupts the line at values without results.
             middle = np.full(len(every := np.unique(places)), np.nan)
             middle[np.isin(every, across)] = [np.median(g) for g in groups]
             axes.plot(every, middle, color=LINE, marker=".", ms=5, lw=1.4)
@@ -105,10 +105,10 @@ def _maps(sweep: Sweep) -> ResultFigure:
 def _draw_map(
     sweep: Sweep, axes: Axes, places: tuple[np.ndarray, np.ndarray], values: np.ndarray
 ) -> ScalarMappable | None:
-    """Draw a grid's values as areas, or a design's as points; None without values."""
+    """Draw the values of a grid as areas, or of a design as points; return None without values."""
     (x, y), there = places, np.isfinite(values)
     if not there.any():
-        axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
+        axes.text(0.5, 0.5, "no values", transform=axes.transAxes, ha="center", fontsize=10)
         return None
     norm = _norm(values[there])
     if sweep.shape is None:
@@ -162,7 +162,7 @@ def _pairs(sweep: Sweep) -> ResultFigure:
 
 
 def _places(sweep: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
-    """Return the positions of the runs' values; for texts, numbers in a row and their names."""
+    """Return the position of each run on a key's axis, and the names of texts, or None."""
     values = sweep.shown(key)
     if values.dtype.kind in "fiu":
         return values.astype(float), None
@@ -184,7 +184,7 @@ def _scale_axis(
 
 
 def _is_log(values: np.ndarray) -> bool:
-    """Return whether positive values are more evenly spaced in their logarithm."""
+    """Return whether positive values are more evenly spaced on a logarithmic axis."""
     across = np.unique(values)
     if len(across) < 3 or across[0] <= 0 or across[-1] < 3.0 * across[0]:
         return False
@@ -201,7 +201,7 @@ def _mark_balanced(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> No
 
 
 def _mark_others(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """Mark runs that did not settle; those without a value are lines across the panel."""
+    """Mark runs that did not settle, those without a value by lines across the panel."""
     for outcome, (_, colour) in MARKS.items():
         chosen = sweep[OUTCOME] == outcome
         valued = chosen & np.isfinite(y)
@@ -211,7 +211,7 @@ def _mark_others(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None
 
 
 def _size(places: np.ndarray) -> float:
-    """Return the size of markers for that many runs [pt]."""
+    """Return the size of the markers of runs [pt], which falls with their number."""
     return min(4.0, max(1.0, 80.0 / math.sqrt(len(places))))
 
 

@@ -1,4 +1,4 @@
-"""A tuning: points that the search evaluated, a panel for each key."""
+"""Picture of a tuning: points that the search evaluated, in a panel for each key."""
 
 import math
 import re
@@ -63,7 +63,7 @@ def _label(tuning: Tuning, name: str, meaning: str) -> str:
 
 
 def _left_out(tuning: Tuning) -> np.ndarray:
-    """Return the shown objectives of unsettled candidates at their end; NaN for all others."""
+    """Return the objective at the end of the run for unsettled candidates; NaN for all others."""
     ends = np.full(len(tuning.candidates), np.nan)
     if tuning.left_out:
         aim = tuning.task.standard.aim.metric
@@ -73,7 +73,7 @@ def _left_out(tuning: Tuning) -> np.ndarray:
 
 
 def _not_balanced(tuning: Tuning) -> np.ndarray:
-    """Return a mask of settled candidates that do not balance; none for random drives."""
+    """Return a mask of settled candidates that do not balance, all False for random drives."""
     if tuning.task.spreading.draws > 1:
         return np.zeros(len(tuning.candidates), bool)
     return np.asarray(tuning.runs[OUTCOME].astype(str) == Verdict.NOT_BALANCED.value)

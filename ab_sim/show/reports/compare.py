@@ -21,7 +21,7 @@ from ab_sim.scene.model import Scene
 from ab_sim.show.reports.envelope import Envelope
 
 ASKED = ("step", "time", "command")
-"""Channels that a comparison needs, besides at least one to compare."""
+"""Channels that a comparison needs, in addition to at least one channel to compare."""
 PROFILE, COMMANDS = "the scene's profile", "the recorded commands"
 
 
@@ -104,12 +104,12 @@ class RecordingComparison(Presented):
     driven_by: str
     """``PROFILE`` or ``COMMANDS``."""
     aligned: str
-    """Alignment of samples in time."""
+    """Method by which samples are aligned in time, as text."""
     rows: int
     duration: float
     """Duration [s]."""
     notes: tuple[str, ...]
-    """Limits of the meaning of the numbers."""
+    """Restrictions of the comparison, as sentences."""
 
     @property
     def same(self) -> bool:
@@ -160,7 +160,7 @@ def compare_recording(
     *,
     progress: Callable[[int], None] | None = None,
 ) -> RecordingComparison:
-    """Run a scene under a recording's commands, and compare each channel: ``ab-sim compare``.
+    """Run a scene under the commands of a recording and compare each channel (``ab-sim compare``).
 
     Parameters
     ----------
@@ -174,23 +174,23 @@ def compare_recording(
     Returns
     -------
     RecordingComparison
-        ``deviations``, one for each channel that both have, in its unit: largest and r.m.s.;
-        ``same``: whether all of them are the same to the bit.
+        Its ``deviations`` have the largest difference and the r.m.s. of each common channel, in the
+        channel's unit. ``same`` is true if all of them are identical to the bit.
 
     Raises
     ------
     RecordingError
         The recording cannot be read.
     SceneError, InputError
-        The two have nothing in common, or the scene does not take the commands.
+        There is no common channel, or the scene refuses the commands.
     DivergedError
         The state went beyond all bounds.
 
     Notes
     -----
     A recording of ab_sim contains its step. With that step the scene is simulated step by step, and
-    under the same circumstances gives the same bits. Any other recording is aligned by time: it
-    begins with the scene's start, commands act from their time on, and the simulation is
+    the same scene, commands and version give the same bits. Any other recording is aligned by time:
+    its first sample is the scene's start, commands act from their time on, and the simulation is
     interpolated linearly at the recorded times.
 
     Examples
@@ -210,19 +210,19 @@ def compare_recording(
         what = "it is empty" if not run.channels or not run.extent.rows else ""
         raise InputError(
             f"{run.path}: cannot be compared: "
-            + (what or f"it has no channel {', '.join(missing)}, which the scene is to be run with")
+            + (what or f"it has no channel {', '.join(missing)}, which the simulation needs")
         )
     scene, stepped = _solved(run, scene)
     notes = [*run.remarks]
     if stepped and run.extent.missing:
         notes.append(
-            f"{run.extent.missing} steps are missing at {run.extent.gaps} places: a command that "
-            "came there acts as late as it may"
+            f"{run.extent.missing} steps are missing at {run.extent.gaps} places: a command in a "
+            "gap acts from its end on"
         )
     if stepped and run.extent.left_out:
         notes.append(
-            f"{run.extent.left_out} steps were left out by intent: a command that came there acts "
-            "as late as it may"
+            f"{run.extent.left_out} steps were left out by intent: a command between recorded "
+            "steps acts from the second one on"
         )
     step, time = run.extent.first if stepped else (0.0, run.extent.first[1])
     if stepped and scene.profile is not None and _follows_profile(run, scene):
@@ -235,7 +235,7 @@ def compare_recording(
             drive.command(recorded["command"])
         notes.append(
             f"the recording begins at t = {exact(time)} s: the simulation begins in the state of "
-            "its first sample, and does not know what friction held and filters remembered"
+            "its first sample, without the states of friction and filters, which are not recorded"
         )
         return _along(run, drive, COMMANDS, step, notes, progress)
     first = 0.0 if stepped else time
@@ -244,7 +244,7 @@ def compare_recording(
 
 
 def _begun_before(run: StoredRun, scene: Scene) -> bool:
-    """Return whether no command had come before, so that everything is known from the start."""
+    """Return whether no command came before the recording, so that t = 0 is a known start."""
     if _first_sample(run)["command"] != scene.start.speed:
         return False  # at once, as the simulation up to the first sample may be long
     drive, steps = Drive(scene, commanded=True), int(run.extent.first[0])
@@ -252,16 +252,16 @@ def _begun_before(run: StoredRun, scene: Scene) -> bool:
 
 
 def _start(run: StoredRun, scene: Scene) -> Trajectory | None:
-    """Return the first sample of a run without the acceleration of its profile, or None.
+    """Return the scene's start if the recording begins with it at constant speed; else None.
 
-    A live drive takes its first sample before it knows the profile.
+    A live drive takes its first sample before it has its profile, thus without acceleration.
     """
     standing = Drive(scene, commanded=True).present()
     return standing if _begins_with(run, standing) else None
 
 
 def _begins_with(run: StoredRun, sample: Trajectory) -> bool:
-    """Return whether the first recorded sample is this one, to the bit."""
+    """Return whether the first recorded sample equals a sample, to the bit."""
     recorded = _first_sample(run)
     common = [name for name in sample.channels if name in recorded]
     return all(sample[name][0].tobytes() == np.float64(recorded[name]).tobytes() for name in common)
@@ -276,8 +276,7 @@ def _first_sample(run: StoredRun) -> dict[str, float]:
 def _follows_profile(run: StoredRun, scene: Scene) -> bool:
     """Return whether the commands are the scene's profile, to the bit.
 
-    The first block shows it, unless measurements decide on the commands of later ones. A drive that
-    only obeys these commands has no acceleration yet at its first sample.
+    The first block is compared, or all blocks if the commands depend on measurements.
     """
     replay = ReplayedDrive(Drive(scene), obeys=False)
     blocks = run.blocks(("step", "command"))
@@ -293,16 +292,16 @@ def _solved(run: StoredRun, scene: Scene) -> tuple[Scene, bool]:
     if not isinstance(step, float) or not isinstance(stepper, str):
         if scene.accuracy is not None:
             raise InputError(
-                f"{run.path}: does not say with which solver it was made, and the scene "
-                f"{scene.name} asks for an accuracy instead of one; give it a step with "
-                "--set accuracy= --set solver.step=..."
+                f"{run.path}: does not contain its solver, and the scene {scene.name} has an "
+                "accuracy instead of a solver; give it a step with --set accuracy= "
+                "--set solver.step=..."
             )
         return scene, False
     if scene.accuracy is not None:
         return with_solver(scene, stepper, step), True
     if step != scene.solver.step:
         raise InputError(
-            f"{run.path}: was made with steps of {exact(step)} s, and the scene {scene.name} has "
+            f"{run.path}: has steps of {exact(step)} s, and the scene {scene.name} has "
             f"solver.step = {exact(scene.solver.step)} s; compare with --set "
             f"solver.step={exact(step)}"
         )
@@ -359,7 +358,7 @@ def _along(
 
 
 def _not_compared(run: StoredRun, drive: Drive, names: list[str]) -> dict[str, tuple[str, ...]]:
-    """Return the reasons why other channels are not compared."""
+    """Return the channels that are not compared, by the reason."""
     rest = [name for name in dict.fromkeys((*run.channels, *drive.channels)) if name not in names]
     reasons: dict[str, tuple[str, ...]] = {}
     for name in rest:
@@ -368,6 +367,6 @@ def _not_compared(run: StoredRun, drive: Drive, names: list[str]) -> dict[str, t
         elif name not in run.channels:
             reason = "not recorded"
         else:
-            reason = "the scene obeys it" if name == "command" else "samples are aligned by it"
+            reason = "the scene follows it" if name == "command" else "samples are aligned by it"
         reasons[reason] = (*reasons.get(reason, ()), name)
     return reasons

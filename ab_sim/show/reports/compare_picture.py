@@ -21,15 +21,15 @@ def compare_picture(comparison: RecordingComparison, recording: str, path: Path)
     """Draw recorded and simulated channels, each with the difference.
 
     Args:
-        comparison: the comparison.
-        recording: its name, for the title.
+        comparison: comparison to draw.
+        recording: name of the recording, for the title.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(_drawn(comparison, recording), path, 110)
 
 
 def drawn_comparison(comparison: RecordingComparison) -> ResultFigure:
-    """Return the figure without writing it, for ``plot()`` of a comparison."""
+    """Return the figure of a comparison without writing it, for ``plot()``."""
     return _drawn(comparison, "the recording")
 
 
@@ -42,7 +42,7 @@ def _drawn(comparison: RecordingComparison, recording: str) -> ResultFigure:
     )
     panels = figure.subplots(len(deviations), 2, sharex=True, squeeze=False)
     verdict = "the same to the bit" if comparison.same else f"driven by {comparison.driven_by}"
-    figure.suptitle(f"{recording} beside {comparison.scene.name}: {verdict}", fontsize=13)
+    figure.suptitle(f"{recording} and {comparison.scene.name}: {verdict}", fontsize=13)
     for (left, right), deviation in zip(panels, deviations, strict=True):
         _draw(left, right, comparison, deviation)
     panels[0][0].set_title("recorded and simulated", fontsize=10)
@@ -76,7 +76,7 @@ def _draw(
     left: Axes, right: Axes, comparison: RecordingComparison, deviation: ChannelDeviation
 ) -> None:
     name, turned = deviation.channel, is_ball_angle(deviation.channel)
-    # angles as in other pictures: in degrees, in one turn
+    # As in other pictures, angles are in degrees, within one turn.
     unit = " [deg]" if turned else "" if deviation.unit is None else f" [{deviation.unit}]"
     factor = math.degrees(1.0) if turned else 1.0
     for envelope, color, width, label in (

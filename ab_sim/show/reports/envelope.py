@@ -1,11 +1,11 @@
-"""Curves of any number of samples in few points, with all peaks."""
+"""Curves of many samples, reduced to few points with all peaks."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 POINTS = 2000
-"""Bins of a curve, each drawn as its least and its largest sample."""
+"""Number of bins of a curve, each drawn as its least and its largest sample."""
 
 
 class Envelope:
@@ -31,8 +31,8 @@ class Envelope:
         """Add samples.
 
         Args:
-            time: s, shape (samples,).
-            values: shape (samples, channels); those that are not finite are left out.
+            time: times of the samples [s], shape (samples,).
+            values: samples, shape (samples, channels); values that are not finite are left out.
         """
         bins = (self._done + np.arange(len(time))) * self._bins // self._count
         self._done += len(time)

@@ -38,26 +38,26 @@ class RunData:
     run: StoredRun
     name: str
     scene: Scene | None
-    """Scene of the run; None: unknown, and the run cannot be judged."""
+    """Scene of the run; None if it is unknown, so that there are no metrics."""
     metrics: Metrics | None
     curves: Envelope
-    """Curves of speed, command, whirl, ball angles, ... [SI units], for existing channels."""
+    """Curves of speed, command, whirl, ball angles and more in SI units, if recorded."""
     orbit: np.ndarray
     """Time, x, y [s, m] of selected samples of the whole run, shape (points, 3)."""
     last_orbit: np.ndarray
-    """Time, x, y of the last ``TURNS`` turns."""
+    """Time, x, y [s, m] of the last ``TURNS`` turns, shape (points, 3)."""
     vibrating: str
     """Name of the vibrating quantity."""
     vibration: OncePerTurn
-    """Vibration in the last section."""
+    """Vibration in the last tenth of the run."""
     spectrum: PowerSpectrum
-    """Spectrum of the last section."""
+    """Spectrum of the last tenth of the run."""
     waterfall: Waterfall
     notes: tuple[str, ...]
     without_balls: Envelope | None
     """``whirl`` of the drive without balls along the run's speed [m]; None if unknown."""
     final_without_balls: float | None
-    """Its final whirl [m], as in the metrics."""
+    """Final whirl without balls [m], as in the metrics; None if unknown."""
 
     @property
     def eccentricity(self) -> float:
@@ -102,8 +102,8 @@ def gather(
     """Read a recording, in three passes, and keep the data of a report.
 
     Args:
-        run: a recording.
-        name: name in the report.
+        run: recording to read.
+        name: name of the recording in the report.
         progress: called with the number of samples read and the total.
 
     Raises:
@@ -148,8 +148,8 @@ def gather(
         notes.append("was not closed: it is still being written, or its writer was killed")
     if extent.left_out:
         notes.append(
-            f"{extent.left_out} steps were left out by intent: it is judged by one of "
-            f"{run.every}, which sees no shorter peaks and no faster vibration"
+            f"{extent.left_out} steps were left out by intent: the report uses one of {run.every} "
+            "steps, which misses shorter peaks and faster vibration"
         )
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
@@ -159,15 +159,15 @@ def gather(
 
 
 def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
-    """Return the scene of a recording, or why it is unknown."""
+    """Return the scene of a recording, or None and the reason why it is unknown."""
     try:
         scene = check_scene(run.description.get("scene") or {}, "the recording's scene")
         channels = channels_of(scene, system_of(scene))
     except AbSimError as error:
         first = str(error).splitlines()[0]
-        return None, f"cannot be judged: what was run is not known ({first})"
+        return None, f"has no metrics: its scene is unknown ({first})"
     if channels != run.channels:
-        return None, "cannot be judged: its channels are not those of its scene"
+        return None, "has no metrics: its channels are not those of its scene"
     return scene, None
 
 
@@ -265,7 +265,10 @@ def _turns(end: float, angle: Any) -> Any:
 
 
 def _vibrating(run: StoredRun) -> tuple[list[str], str]:
-    """Return the channels of the vibration across the shaft: the first sensor's, or the deck's."""
+    """Return the channels of the vibration across the shaft, and their source as text.
+
+    They are those of the first sensor, or of the deck without sensors.
+    """
     for sensor in run.description.get("sensors") or ():
         axes = [f"{sensor}_{axis}" for axis in (1, 2)]
         if set(axes) <= set(run.channels):

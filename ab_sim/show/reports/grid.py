@@ -1,4 +1,4 @@
-"""Panels of several runs, side by side on shared axes."""
+"""Layout of panels of several runs, side by side on shared axes."""
 
 import math
 from collections.abc import Sequence
@@ -9,10 +9,13 @@ import numpy as np
 from ab_sim.show.reports.panels import KEYS, TIME, Panel
 
 Limits = tuple[tuple[float, float], tuple[float, float]]
-"""Limits across and up."""
+"""Limits of the horizontal and of the vertical axis."""
 
 LEAST_HEIGHT = 0.1
-"""Least share of the height of shared axes for each panel; otherwise each has separate axes."""
+"""Share of the height of shared axes that each panel's curves must fill.
+
+Otherwise the panels have separate vertical axes.
+"""
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,7 @@ class Grid:
     names: tuple[str, ...]
     rows: tuple[tuple[Panel | None, ...], ...]
     limits: tuple[tuple[Limits, ...], ...]
-    """Limits of each row's panels: shared, unless that would flatten one of them."""
+    """Limits of the panels of each row: shared, unless that would flatten a panel."""
     own: tuple[bool, ...]
     """True if the panels of each row have separate vertical scales."""
 
@@ -62,7 +65,7 @@ def grid_title(panel: Panel, has_own_scale: bool) -> str:
 def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
     """Return whether shared axes would make a panel's curves too flat to read."""
     if len(panels) < 2 or panels[0].heat is not None:
-        return False  # Rows of a map are speeds, which are compared.
+        return False  # The vertical axis of a map is the speed, which is compared.
 
     def height(limits: Limits, log: bool) -> float:
         low, high = limits[1]

@@ -1,4 +1,4 @@
-"""An identification as one web page: measured and fitted signals, values, intervals."""
+"""Web page of an identification: measured and fitted signals, values, intervals."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,22 +16,22 @@ from ab_sim.show.reports.page import escaped, panel_html, write_page
 from ab_sim.show.reports.panels import TIME, Panel, PanelLine
 
 POINTS = 3000
-"""Largest number of points of a curve; larger ones are drawn by their extremes."""
+"""Largest number of points of a curve; longer curves are reduced to their extremes."""
 QUANTILE = 3.84
-"""Rise of the sum of squares at the ends of an interval of 95 %, in units of noise."""
+"""Rise of the sum of squares at the ends of a 95 % interval, in noise variances."""
 SMOOTH = 120
 """Number of points of a profile's curve."""
 BINS = 200
-"""Number of bins of a residual spectrum."""
+"""Approximate number of bins of a residual spectrum."""
 Rows = Sequence[Sequence[str]]
 
 
 def identification_page(identification: Identification, path: Path) -> None:
-    """Write a self-contained page.
+    """Write an identification as a self-contained web page.
 
     Args:
-        identification: the identification.
-        path: file to write: .html.
+        identification: identification to show.
+        path: file to write, with the ending .html.
 
     Raises:
         OSError: the file cannot be written.
@@ -45,12 +45,10 @@ def identification_page(identification: Identification, path: Path) -> None:
 
 def _sections(identification: Identification) -> Iterator[str]:
     yield _list([*identification.reasons, *identification.notes])
-    yield "<h2>Values and their intervals of 95 %</h2>\n"
-    yield _table(
-        ("", "value", "from", "to", "began at", "interval by"), _value_rows(identification)
-    )
+    yield "<h2>Values with 95 % intervals</h2>\n"
+    yield _table(("", "value", "from", "to", "start", "interval by"), _value_rows(identification))
     if identification.knowledge.open:
-        yield "<h2>What these recordings cannot tell</h2>\n"
+        yield "<h2>Parameters that these recordings do not determine</h2>\n"
         yield _list(
             [
                 f"{direction.words}. {direction.advice}."
@@ -58,11 +56,11 @@ def _sections(identification: Identification) -> Iterator[str]:
             ]
         )
     if identification.tried:
-        yield "<h2>What is missing, tried one by one</h2>\n"
+        yield "<h2>Missing effects, tried one by one</h2>\n"
         yield _table(("tried", "explains", "Ljung-Box z with it"), _tried_rows(identification))
     if identification.proposals:
-        yield "<h2>What to record next</h2>\n"
-        heads = ("recording", "how", "worst half interval now", "with it", "makes known")
+        yield "<h2>Proposed recordings</h2>\n"
+        heads = ("recording", "how", "widest half interval now", "with it", "determines")
         yield _table(heads, _proposal_rows(identification))
     for comparison in identification.comparisons:
         held_out = ", held out" if comparison.held_out else ""
@@ -70,7 +68,7 @@ def _sections(identification: Identification) -> Iterator[str]:
         for panel, limits in _panels(comparison):
             yield _division(panel, limits)
     if identification.intervals.profiles:
-        yield "<h2>Profiles: the sum of squares as one value is moved and all others follow</h2>\n"
+        yield "<h2>Profiles: rise of the sum of squares with one value, others refitted</h2>\n"
         for profile in identification.intervals.profiles:
             yield _division(*_profile(profile))
     if len(identification.intervals.names) > 1:
@@ -150,8 +148,8 @@ def _panels(recording_fit: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
         for axis in range(residuals.shape[1])
     )
     most = 1.05 * float(np.nanmax(np.abs(residuals)))
-    title = "what is left: measured less fitted"
-    yield Panel("left", title, TIME, f"[{unit}]", 0.7, lines), (span, (-most, most))
+    title = "residuals: measured minus fitted"
+    yield Panel("residuals", title, TIME, f"[{unit}]", 0.7, lines), (span, (-most, most))
     yield _spectrum(recording_fit)
 
 
@@ -173,14 +171,14 @@ def _spectrum(recording_fit: RecordingFit) -> tuple[Panel, Limits]:
     values = values[values > 0.0]
     ends = (float(values.min()), float(values.max())) if len(values) else (1e-12, 1.0)
     panel = Panel(
-        "left spectrum", "spectrum of what is left; of noise it is level", "frequency [Hz]",
+        "residual spectrum", "spectrum of the residuals, level for noise", "frequency [Hz]",
         f"[{unit}/sqrt(Hz)]", 0.8, tuple(curves), log=True,
     )  # fmt: skip
     return panel, ((0.0, 0.5 * rate), (ends[0] / 2.0, ends[1] * 2.0))
 
 
 def _profile(profile: ProfilePoints) -> tuple[Panel, Limits]:
-    # The root of a parabola is straight, so it is interpolated linearly.
+    # The square root of a parabola is a straight line, so it is interpolated linearly.
     best = int(np.argmin(profile.rises))
     roots = np.sqrt(profile.rises) * np.sign(np.arange(len(profile.rises)) - best)
     values = np.linspace(min(profile.values), max(profile.values), SMOOTH)
@@ -204,7 +202,7 @@ def _correlations(identification: Identification) -> Rows:
 
 
 def _decimated(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return fewer points without hiding a peak."""
+    """Return at most about ``POINTS`` points of a curve, with all peaks."""
     if len(time) <= POINTS:
         return time, values
     width = math.ceil(2 * len(time) / POINTS)

@@ -1,4 +1,4 @@
-"""A report as one self-contained web page, with zoomable figures."""
+"""Self-contained web page of a report, with zoomable figures."""
 
 import html
 from collections.abc import Sequence
@@ -57,13 +57,13 @@ for (const one of timed) one.on('plotly_relayout', change => {
 def report_page(
     grid: Grid, rows: Sequence[Row], notes: Sequence[Sequence[str]], path: Path
 ) -> None:
-    """Write runs side by side as a page.
+    """Write a report on runs, side by side, as a web page.
 
     Args:
         grid: panels to show.
-        rows: the table above.
+        rows: rows of the table above the panels.
         notes: notes on each run.
-        path: file to write: .html.
+        path: file to write, with the ending .html.
 
     Raises:
         OSError: the file cannot be written.
@@ -101,8 +101,8 @@ def write_page(path: Path, title: str, body: str) -> None:
     """Write a page that includes everything its figures need.
 
     Args:
-        path: file to write: .html.
-        title: a text from outside.
+        path: file to write, with the ending .html.
+        title: title, not yet escaped.
         body: HTML below the title.
 
     Raises:
@@ -119,7 +119,7 @@ def write_page(path: Path, title: str, body: str) -> None:
 
 
 def escaped(text: str) -> str:
-    """Return a text from outside, escaped for a page."""
+    """Return a text from outside, escaped for HTML."""
     return html.escape(visible(text))
 
 
@@ -131,7 +131,7 @@ def _division(name: str, panel: Panel, limits: Limits, has_own_scale: bool) -> s
 
 
 def panel_html(panel: Panel, limits: Limits) -> str:
-    """Return a panel as a part of a page, with axes of these limits."""
+    """Return a panel with axes of these limits as HTML for a part of a page."""
     drawn: str = _figure(panel, limits).to_html(
         full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
     )

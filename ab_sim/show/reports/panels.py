@@ -34,7 +34,7 @@ Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class PanelLine:
-    """A line of a panel."""
+    """Curve of a panel."""
 
     name: str
     x: np.ndarray
@@ -55,7 +55,7 @@ class Cloud:
 
 @dataclass(frozen=True)
 class Heat:
-    """A map of values, NaN where missing; x and y are the centres of its cells."""
+    """Map of values, NaN where missing; x and y are the centres of its cells."""
 
     x: np.ndarray
     y: np.ndarray
@@ -65,7 +65,7 @@ class Heat:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes. Panels of several runs with the same key share axes."""
+    """Content of one pair of axes; panels of several runs with the same key share limits."""
 
     key: str
     title: str
@@ -148,7 +148,7 @@ def _of_balls(data: RunData) -> Iterator[Panel]:
 
 
 def _in_turn(data: RunData, names: list[str]) -> tuple[PanelLine, ...]:
-    """Return the balls' curves, in the styles of all pictures."""
+    """Return a curve for each ball, in the styles of all pictures."""
     return tuple(
         PanelLine(
             f"ball {ball}", *data.curves.curve(name), style["color"], float(style["lw"]),
@@ -189,20 +189,20 @@ def _spectra(data: RunData) -> Iterator[Panel]:
     title = f"Vibration, last tenth of the run: {data.vibrating}"
     density, frequencies = data.spectrum.density, data.spectrum.frequencies
     if len(density):
-        # The constant part at 0 was left out. Values below the rounding of the largest one are a
-        # gap, because a line there would look like data.
+        # The constant part at 0 is left out. Values below the rounding error of the largest one
+        # are gaps, because a line there would look like data.
         root = np.sqrt(density[1:])
         root = np.where(root > SPECTRUM_LEAST * root.max(), root, np.nan)
         curve = PanelLine("spectrum", frequencies[1:], root, RUN, 1.0)
         up = "density [(m/s^2)/sqrt(Hz)]"
         curves = (curve, *_orders_at(data, root)) if np.isfinite(root).any() else ()
-        still = "" if curves else "nothing vibrates"
-        yield Panel("spectrum", title, "frequency [Hz]", up, 1.0, curves, log=True, note=still)
+        note = "" if curves else "there is no vibration"
+        yield Panel("spectrum", title, "frequency [Hz]", up, 1.0, curves, log=True, note=note)
     else:
         note = "too few samples for a spectrum"
         yield Panel("spectrum", title, "frequency [Hz]", "", 1.0, note=note)
     fall = data.waterfall
-    title = "Vibration over spindle speed, largest met"
+    title = "Largest vibration over frequency and spindle speed"
     across, up = "frequency [Hz]", "spindle speed [rad/s]"
     low, high = fall.edges[[0, -1]]
     if fall.amplitudes.size and high - low > 0.02 * high:
@@ -225,7 +225,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
 
 
 def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
-    """Yield lines at once and twice the speed at the end of the run."""
+    """Yield vertical lines at the final spindle frequency and at its double."""
     if "speed" not in data.curves.channels:
         return
     speed = abs(float(data.curves.curve("speed")[1][-1])) / (2.0 * math.pi)
@@ -238,7 +238,7 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
 
 
 def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:
-    """Return the largest of neighbouring columns, if there are too many to be seen."""
+    """Return a map with at most ``COLUMNS`` columns, by the largest of neighbouring values."""
     many = -(-len(x) // COLUMNS)
     starts = np.arange(0, len(x), many)
     return (

@@ -1,4 +1,4 @@
-"""A report as a picture: a column for each run, a row for each kind of panel."""
+"""Picture of a report: a column for each run, a row for each kind of panel."""
 
 from pathlib import Path
 
@@ -15,8 +15,7 @@ from ab_sim.show.reports.panels import Panel
 MOST_NAMES = 8
 """Largest number of curves with a legend."""
 BAR = (1.02, 0.0, 0.03, 1.0)
-"""Position of a colour bar, close to its panel whatever the width of legends above; in shares of
-the panel."""
+"""Position and size of a colour bar, as fractions of its panel."""
 
 
 def report_picture(grid: Grid, path: Path) -> None:
@@ -24,7 +23,7 @@ def report_picture(grid: Grid, path: Path) -> None:
 
     Args:
         grid: panels to show.
-        path: file to write: .png.
+        path: file to write, with the ending .png.
     """
     heights = [max(p.height for p in row if p) for row in grid.rows]
     columns = len(grid.names)

@@ -12,8 +12,8 @@ from ab_sim.show.reports.panels import whirl_scale
 
 CAPTION = (
     f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: +-{100 * BAND:g} % "
-    f"of final W, at least +-{100 * FLOOR:g} % of M0 e/M. Vibration: over the same stretch, what "
-    "is constant left out; once per turn: the share of its power that turns with the spindle or "
+    f"of final W, at least +-{100 * FLOOR:g} % of M0 e/M. Vibration: over the same stretch, "
+    "without its mean; once per turn: the share of its power that turns with the spindle or "
     f"against it. {NOTATION}."
 )
 
@@ -21,7 +21,7 @@ Row = tuple[str, list[str]]
 
 
 def summary_rows(runs: Sequence[RunData]) -> list[Row]:
-    """Return labels with a cell for every run, without rows that no run has."""
+    """Return rows of a label and a cell for each run, without rows that are empty for all runs."""
     rows = [(label, [tell(data) for data in runs]) for label, tell in _told()]
     return [(label, cells) for label, cells in rows if any(cell != NOTHING for cell in cells)]
 

@@ -1,4 +1,4 @@
-"""Vibration of a deck from samples in blocks: spectra, and the part that turns with the spindle."""
+"""Vibration of a deck, from samples in blocks: spectra, and the part once per spindle turn."""
 
 import math
 from typing import Literal
@@ -7,23 +7,23 @@ import numpy as np
 from scipy.signal import periodogram
 
 SEGMENT_TIME = 0.5
-"""Length of a segment of a waterfall [s]: it resolves 2 Hz, and hardly smears a run-up."""
+"""Length of a segment of a waterfall [s]: short enough for a run-up, it resolves 2 Hz."""
 LONGEST, SHORTEST = 8192, 32
 """Largest and least number of samples of a segment."""
 MOST_SEGMENTS = 600
+"""Largest number of segments of a waterfall, approximately."""
 SPEEDS = 80
 """Number of rows of a waterfall."""
 
 
 class WelchSegments:
-    """Sections of consecutive, equidistant samples with a fixed length and spacing.
+    """Cutting of consecutive samples into segments of equidistant samples, which may overlap.
 
-    Sections with a gap, or with a sample spacing that differs from the first section's, are left
-    out.
+    Segments with a gap, or with another sample spacing than the first segment, are left out.
 
     Args:
-        length: samples of each section.
-        hop: samples between the starts of two sections.
+        length: number of samples of each segment.
+        hop: number of samples between the starts of two segments.
     """
 
     def __init__(self, length: int, hop: int) -> None:
@@ -31,16 +31,16 @@ class WelchSegments:
         self._kept: np.ndarray | None = None
         self._skip = 0
         self.stride: float | None = None
-        """Steps between samples; None before the first segment."""
+        """Number of steps between samples; None before the first segment."""
 
     def take(self, rows: np.ndarray) -> list[np.ndarray]:
         """Add samples.
 
         Args:
-            rows: shape (samples, columns); the first column is the step.
+            rows: samples, shape (samples, columns); the first column is the step.
 
         Returns:
-            Segments that are complete now, shape (length, columns).
+            Newly completed segments, each of shape (length, columns).
         """
         rows = rows if self._kept is None else np.concatenate([self._kept, rows])
         segments, begin = [], self._skip
@@ -79,7 +79,7 @@ class PowerSpectrum:
         """Frequencies [Hz]."""
 
     def take(self, step: np.ndarray, time: np.ndarray, axes: np.ndarray) -> None:
-        """Add samples of acceleration [m/s^2], shape (samples, axes)."""
+        """Add samples: steps, times [s], and accelerations [m/s^2] of shape (samples, axes)."""
         for segment in self._segments.take(np.column_stack([step, time, axes])):
             if not np.isfinite(segment).all():
                 continue
@@ -94,7 +94,7 @@ class PowerSpectrum:
 
 
 class Waterfall:
-    """Amplitudes over frequency and spindle speed: the largest in each range of speed.
+    """Largest amplitude over frequency in each range of spindle speed.
 
     Args:
         count: total number of samples.
@@ -116,7 +116,7 @@ class Waterfall:
         """Amplitudes [m/s^2], shape (speeds, frequencies); NaN for speeds that did not occur."""
 
     def take(self, step: np.ndarray, time: np.ndarray, speed: np.ndarray, axes: np.ndarray) -> None:
-        """Add samples of speed [rad/s] and acceleration [m/s^2], shape (samples, axes)."""
+        """Add samples: steps, times [s], speeds [rad/s], accelerations [m/s^2] (samples, axes)."""
         if not self.edges[-1] > self.edges[0]:
             return
         for segment in self._segments.take(np.column_stack([step, time, axes, speed])):
@@ -125,8 +125,8 @@ class Waterfall:
             self.frequencies, power = density_of(segment[:, :-1], "spectrum")
             if self.amplitudes.shape[1] == 0:
                 self.amplitudes = np.full((SPEEDS, len(power)), np.nan)
-            # The speeds in the middle of the segment, which no other segment covers: together they
-            # leave no gap.
+            # Use the speeds in the middle of the segment only: those of successive segments adjoin,
+            # so that no range of speed is left empty or smeared.
             middle = segment[(len(segment) - self._hop) // 2 :, -1][: self._hop + 1]
             low, high = np.searchsorted(self.edges, [middle.min(), middle.max()])
             rows = slice(max(int(low) - 1, 0), min(max(int(high), 1), SPEEDS))
@@ -137,7 +137,7 @@ class Waterfall:
 def density_of(
     segment: np.ndarray, scaling: Literal["density", "spectrum"]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies [Hz] and total power of columns 2, 3, ...; column 1 is the time [s]."""
+    """Return frequencies [Hz] and the power summed over axes, of step, time [s] and axes."""
     time = segment[:, 1]
     rate = (len(time) - 1) / (time[-1] - time[0])
     frequencies, power = periodogram(
@@ -149,7 +149,8 @@ def density_of(
 class OncePerTurn:
     """Part of a vibration across the shaft that turns once per turn, with or against the spindle.
 
-    z = a_1 + i a_2 less its mean; c+- = mean(z exp(-+i psi)); share (|c+|^2 + |c-|^2) / mean |z|^2.
+    With z = a_1 + i a_2 minus its mean, and c+- = mean(z exp(-+i psi)), the share of this part in
+    the power is (|c+|^2 + |c-|^2) / mean |z|^2.
     """
 
     def __init__(self) -> None:
@@ -158,7 +159,7 @@ class OncePerTurn:
         self._angles = (math.inf, -math.inf)
 
     def take(self, angle: np.ndarray, axes: np.ndarray) -> None:
-        """Add samples of psi [rad] and acceleration [m/s^2], shape (samples, 2 or more)."""
+        """Add samples: psi [rad], and accelerations [m/s^2] of shape (samples, 2 or more)."""
         fine = np.isfinite(angle) & np.isfinite(axes).all(axis=1)
         if not fine.any():
             return
@@ -174,12 +175,12 @@ class OncePerTurn:
 
     @property
     def rms(self) -> float | None:
-        """Root mean square of the vibration without its mean [m/s^2]."""
+        """Root mean square of the vibration without its mean [m/s^2]; None without samples."""
         return math.sqrt(self._varying) if self._count else None
 
     @property
     def share(self) -> float | None:
-        """Share of the vibration's power; None without a whole turn, or without vibration."""
+        """Share of this part in the power; None without a whole turn, or without vibration."""
         if not self._count or self._angles[1] - self._angles[0] < 2.0 * math.pi:
             return None
         if not self._varying > 0.0:

@@ -16,13 +16,13 @@ PIECE = 1 << 18
 class Feed:
     """Process that sends a growing file from its beginning to a running viewer.
 
-    A thread reads the file and writes its content to the process' standard input, which blocks if
-    the viewer does not keep up and 100 MB wait in that process.
+    A thread reads the file and writes its content to the standard input of the process. The write
+    blocks if the viewer does not keep up and 100 MB wait in the process.
 
     Args:
         path: file that `ab_sim.record.recording.Recording` writes, or has written.
         host: IP address of the viewer.
-        port: port of its proxy, which is already listening.
+        port: port of the viewer's proxy, which is already listening.
         program: program that starts the process.
     """
 
@@ -43,7 +43,7 @@ class Feed:
 
     @property
     def waiting(self) -> int:
-        """Bytes of the file that the process has not received yet."""
+        """Number of bytes of the file that the process has not received yet."""
         try:
             return max(self.path.stat().st_size - self.sent, 0)
         except OSError:
@@ -51,23 +51,23 @@ class Feed:
 
     @property
     def over(self) -> bool:
-        """True if the process has ended."""
+        """True if the process has exited."""
         return self._started.process.poll() is not None
 
     @property
     def broken(self) -> str:
-        """Reason why no data get through any more; empty if there is none."""
+        """Reason why data no longer reach the viewer; empty if there is none."""
         if complaint := self._started.complaint:
             return complaint
         code = self._started.process.poll()
         return f"ended with exit code {code}" if code else ""
 
     def finish(self) -> None:
-        """Exit when all of the file is sent, because it will not grow any more."""
+        """Let the process exit when the whole file is sent; the file must not grow any more."""
         self._finished.set()
 
     def wait(self, patience: float) -> bool:
-        """Wait up to ``patience`` [s] for the exit after `finish`; return whether it has come."""
+        """Wait up to ``patience`` [s] for the exit after `finish`; return whether it happened."""
         try:
             self._started.process.wait(patience)
         except subprocess.TimeoutExpired:
@@ -75,9 +75,9 @@ class Feed:
         return True
 
     def stop(self) -> None:
-        """Exit at once."""
+        """Kill the process and stop the thread."""
         self._stopping.set()
-        # Its data cannot get through. Killed, it accepts no more, and the thread notices.
+        # A blocked write of the thread fails only once the process is killed.
         self._started.process.kill()
         self._started.process.wait()
         self._thread.join()
@@ -89,7 +89,7 @@ class Feed:
         try:
             with pipe, self.path.open("rb", buffering=0) as file:
                 while not self._stopping.is_set():
-                    # before reading, so that everything written until then is read
+                    # Queried before reading, so that everything written until then is read.
                     finished = self._finished.is_set()
                     if size := file.readinto(room):
                         self._give(pipe.fileno(), memoryview(room)[:size])

@@ -1,17 +1,17 @@
-"""The web viewer's page, restricted to connections to the viewer.
+"""Server of the web viewer's page, restricted to connections to the viewer.
 
-Rerun's page, as Rerun serves it, reports its use to Rerun, asks GitHub for new versions and Google
-for fonts. A page's server can forbid all that to the browser; so this server stands before Rerun's.
+Rerun's page, as Rerun serves it, reports its use to Rerun, and fetches versions from GitHub and
+fonts from Google. A server can forbid all that to the browser, so this server relays Rerun's.
 
-It also adds a script to the page, which reports when the viewer in the browser has data, and how
-much. So the page receives hardly more than it shows: a browser that draws by software takes a third
-of a second for a frame, and more on a busy machine, and the viewer takes a few messages with each.
-The script also keeps frames from queueing for the GPU (`benchmarks/page_lag.py`).
+The server also adds a script to the page, which reports when the viewer in the browser has data,
+and how much. Recorders then send hardly more than the page shows. A browser that draws by software
+takes a third of a second for a frame, more on a busy machine, and the viewer takes only a few
+messages with each frame. The script also keeps frames from queueing for the GPU
+(`benchmarks/page_lag.py`).
 
-It answers only requests that name this machine as the host. Another web site may have its own name
-resolve to 127.0.0.1 (DNS rebinding); the browser then takes the content for a part of that site,
-and lets its scripts read it. The requested name is in the request's Host header. (Rerun's two
-servers behind it do not check that; their ports are chosen at random for each viewer.)
+The server answers only requests whose Host header names this machine. Otherwise another web site
+could let its own name resolve to 127.0.0.1 (DNS rebinding), and its scripts could read the content.
+Rerun's two servers do not check that header; their ports are chosen at random for each viewer.
 """
 
 import contextlib
@@ -36,19 +36,23 @@ LOOPBACK = "127.0.0.1"
 PATIENCE, ANSWER = 30.0, 1.0
 """Time for Rerun to answer a browser, and to answer a check [s]."""
 _PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
-_REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or localhost"
+_REFUSED = "This page is for this machine only: open it as 127.0.0.1 or localhost"
 
 _OPENED, _SEEN = "/opened", "/seen"
 BATCH, UNWATCHED, LAGGING = 0.1, 2.0, 30.0
-"""Time between two batches of a recording [s]: if the page keeps up, if no page is open, and if the
-page does not keep up."""
+"""Time between two batches of a recording [s].
+
+If the page keeps up, if no page is open, and if the page does not keep up.
+"""
 IN_TRANSIT = 3
-"""Number of batches, the newest included, of which a page that keeps up shows the first. A page
-reports with its next frame: a batch that waited for the report on the last one would come late."""
+"""Number of newest batches, of which a page that keeps up shows at least the oldest.
+
+A page reports only with its next frame, so a batch does not wait for the report on the last one.
+"""
 _LARGEST_STATE = 1 << 20
 """Largest size of a report [bytes]."""
 LEFT = 20.0
-"""Time without a report after which a page counts as closed [s]; a frame may take a part of it."""
+"""Time without a report after which a page counts as closed [s]; longer than a slow frame."""
 _SCRIPT = b"""<script>{
   // Begin a frame only when the GPU has drawn the last one, so that no old frames queue for it.
   const getContext = HTMLCanvasElement.prototype.getContext;
@@ -98,7 +102,7 @@ _HOST = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+)(?::\d{1,5})?", re.ASCII)
 def is_loopback(host: str) -> bool:
     """Return whether a Host header, ``NAME`` or ``NAME:PORT``, names this machine.
 
-    Any port is accepted, because a tunnel may begin at another one.
+    Any port is accepted, because a tunnel may have another port.
     """
     if (match := _HOST.fullmatch(host)) is None:
         return False
@@ -109,7 +113,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Page:
-    """Server of a web viewer's page on loopback, in its own threads.
+    """Server of a web viewer's page on loopback, in separate threads.
 
     Args:
         port: port of the page.
@@ -186,7 +190,7 @@ class Page:
 
     def hear(self, state: bytes) -> None:
         """Process a browser's report on its viewer."""
-        # from another version of Rerun: then nothing is known
+        # Ignore the state of another version of Rerun, which has another form.
         with contextlib.suppress(TypeError, ValueError):
             self._seen, self._heard = newest_times(state), time.monotonic()
 
@@ -195,7 +199,7 @@ class Page:
 
         Args:
             recording: id of the recording.
-            sent: newest time [s] in each of the last batches, of at least `IN_TRANSIT` or all.
+            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all.
         """
         if time.monotonic() - self._heard > LEFT:
             return UNWATCHED
@@ -204,7 +208,7 @@ class Page:
         return BATCH if keeps_up else LAGGING
 
     def answers(self) -> bool:
-        """Return whether Rerun serves the page."""
+        """Return whether Rerun's server answers requests for the page."""
         connection = http.client.HTTPConnection(LOOPBACK, self._behind, timeout=ANSWER)
         with contextlib.closing(connection), contextlib.suppress(OSError, HTTPException):
             connection.request("GET", "/")

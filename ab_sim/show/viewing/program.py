@@ -1,4 +1,4 @@
-"""Rerun's own program, started without network reports."""
+"""Rerun's program, started without reports over the network."""
 
 import importlib.util
 import os
@@ -11,9 +11,8 @@ from pathlib import Path
 from ab_sim.base.errors import InputError
 
 _SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
-# Runs in the new process before it becomes Rerun: it is to receive SIGTERM when the thread that
-# started it has gone, even by SIGKILL (Linux). Not by preexec_fn, which may deadlock if other
-# threads are busy.
+# Runs in the new process before it becomes Rerun, so that it receives SIGTERM when the thread that
+# started it ends, even by SIGKILL (Linux). A preexec_fn could deadlock if other threads are busy.
 _TIED = (
     "import ctypes, os, sys; ctypes.CDLL(None).prctl(1, 15); os.execv(sys.argv[1], sys.argv[1:])"
 )
@@ -25,11 +24,11 @@ def screens() -> bool:
 
 
 class Program:
-    """Starts Rerun's program; a temporary folder holds the output of its processes.
+    """Starter of Rerun's program; a temporary folder holds the output of its processes.
 
-    The program is the bundled binary itself: the script ``rerun`` around it would outlive it, or be
-    outlived by it. Its settings are in that folder too, with analytics off, so that nothing is
-    sent, and the user's settings are left alone.
+    The bundled binary is started directly, because the script ``rerun`` around it may exit before
+    or after it. Its settings are in the same folder, with analytics off, so that nothing is sent
+    and the user's settings stay unchanged.
 
     Raises:
         InputError: the program is not installed.
@@ -41,7 +40,7 @@ class Program:
         programs = [place for place in (Path(p, "rerun") for p in places) if place.is_file()]
         if not programs:
             raise InputError(
-                "a viewer is needed, and Rerun's is not installed: `pip install rerun-sdk`"
+                "Rerun's viewer is not installed; install it with `pip install rerun-sdk`"
             )
         self._path = str(programs[0])
         self._folder = tempfile.TemporaryDirectory(prefix="ab_sim-viewer-")
@@ -58,13 +57,13 @@ class Program:
     def start(
         self, arguments: Sequence[str], *, stdin: int = subprocess.DEVNULL, tied: bool, screen: bool
     ) -> "Started":
-        """Start a process, which Ctrl-C in our terminal does not reach.
+        """Start a process that Ctrl-C in this terminal does not reach.
 
         Args:
             arguments: arguments of the program.
             stdin: as in ``subprocess.Popen``.
-            tied: whether it ends with the calling thread.
-            screen: whether it may open a window.
+            tied: whether the process exits with the calling thread.
+            screen: whether the process may open a window.
         """
         self._logs += 1
         log = Path(self._folder.name, f"{self._logs}.log")
@@ -87,7 +86,7 @@ class Program:
 
 
 class Started:
-    """A process and its output."""
+    """Started process and its output."""
 
     def __init__(self, process: subprocess.Popen[bytes], log: Path) -> None:
         self.process, self._log = process, log
@@ -103,7 +102,7 @@ class Started:
         return errors[-1].partition("ERROR")[2].strip() or errors[-1] if errors else ""
 
     def end(self, patience: float) -> None:
-        """Ask the process to exit, and kill it after ``patience`` [s]."""
+        """Terminate the process, and kill it if it has not exited after ``patience`` [s]."""
         self.process.terminate()
         try:
             self.process.wait(patience)

@@ -9,8 +9,8 @@ from ab_sim.base.errors import InputError
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 1.0
-"""Time for a viewer to answer [s]; a slower one does not keep up."""
-# HTTP/2, as gRPC uses it: a client's preface, and the first frame of a server in return.
+"""Time for a viewer to answer [s]."""
+# HTTP/2, as gRPC uses it: preface of a client and empty settings; a server answers with settings.
 _HELLO = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes((0, 0, 0, 4, 0, 0, 0, 0, 0))
 _SETTINGS = 4
 
@@ -59,13 +59,13 @@ class Proxy(NamedTuple):
         return f"rerun+http://{host}:{self.port}/proxy"
 
     def page(self, port: int) -> str:
-        """Return the address of the web viewer that shows it, on this port of this machine."""
+        """Return the address of the web viewer of this proxy, on a port of this machine."""
         return f"http://{LOOPBACK}:{port}/?url={quote(self.url, safe='')}"
 
     def ask(self) -> Answer:
-        """Check whether a viewer is there and responds. Takes up to twice `PATIENCE`.
+        """Check whether a viewer is there and responds, in up to twice `PATIENCE`.
 
-        A successful connection is not enough: the kernel accepts one for a stopped process, too.
+        A successful connection is not enough: the kernel accepts it for a stopped process, too.
         """
         try:
             with socket.create_connection(self, PATIENCE) as connection:
@@ -79,7 +79,7 @@ class Proxy(NamedTuple):
 
 
 def free_port(wanted: int = 0) -> int:
-    """Return a free port of this machine: the given one, or for 0 any.
+    """Return a free port of this machine: ``wanted``, or any if ``wanted`` is 0.
 
     Raises:
         InputError: the port is taken.

@@ -1,4 +1,4 @@
-"""A viewer and the thread that starts, feeds and monitors it."""
+"""Viewer, and the thread that starts, feeds and monitors it."""
 
 import threading
 import time
@@ -14,14 +14,14 @@ from ab_sim.show.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 WEB, NATIVE = "web", "native"
 NO_SCREEN = "there is no screen (neither DISPLAY nor WAYLAND_DISPLAY is set); web needs none"
 MEMORY = "2GiB"
-"""Memory limit of a viewer, and of its server; beyond it, Rerun drops the oldest data."""
+"""Memory limit of a viewer and of its server, above which Rerun drops the oldest data."""
 TURN = 0.25
 """Time between two checks of the viewer [s]."""
 STARTING = 30.0
-"""Time for a viewer to start, on a busy machine with a slow disk [s]."""
+"""Time for a viewer to start [s], on a busy machine with a slow disk."""
 STARTED, SHOWING, CLOSED = "starting", "showing", "closed by its user"
 SETTLED = 2.0
-"""Shortest uptime [s] after which a viewer is restarted; an earlier exit would only recur."""
+"""Uptime [s] from which on an exited viewer is restarted; an earlier exit would only recur."""
 ENDING = 2.0
 """Time for data in transit to arrive when a viewer is closed, and for the viewer to exit [s]."""
 
@@ -30,8 +30,8 @@ def check_view(view: str, screen: bool = False) -> None:
     """Refuse a text that does not name a viewer.
 
     Args:
-        view: request of a user, as in `Viewer`.
-        screen: also refuse a window without a screen.
+        view: requested viewer, as in `Viewer`.
+        screen: whether to refuse a window if there is no screen.
 
     Raises:
         InputError: the text is not allowed.
@@ -42,18 +42,19 @@ def check_view(view: str, screen: bool = False) -> None:
         try:
             Proxy.of(view)
         except InputError as error:
-            raise InputError(f"{view!r}: must be {WEB}, {NATIVE}, or the address of a viewer that "
-                             f"runs already; {error}") from error  # fmt: skip
+            raise InputError(f"{view!r}: must be {WEB}, {NATIVE}, or the address of a running "
+                             f"viewer; {error}") from error  # fmt: skip
 
 
 class Viewer:
-    """Shows recordings as they grow, without delaying the caller.
+    """Viewer that shows recordings as they grow, without delaying the caller.
 
-    A viewer that is killed is started again, at the same address, and shows the growing recordings
-    again. A window that its user closes stays closed. A viewer started elsewhere is waited for.
+    A viewer that is killed is started again at the same address, and shows the growing recordings
+    again. A window that its user closes stays closed. If a viewer that was started elsewhere
+    disappears, its data are sent once it returns.
 
     Args:
-        view: ``web``, served on loopback; ``native``, a window; or the address of a running one,
+        view: ``web``, served on loopback; ``native``, a window; or the address of a running viewer,
             ``rerun+http://HOST:PORT/proxy``.
         port: port of the web viewer's page; 0: any free port.
         memory: memory limit of the viewer, in Rerun's notation.
@@ -114,7 +115,7 @@ class Viewer:
 
     @property
     def waiting(self) -> int:
-        """Recorded bytes that have not been passed on yet."""
+        """Number of recorded bytes that have not been sent to the viewer yet."""
         with self._lock:
             return sum(feed.waiting for feed in self._files.values() if feed)
 
@@ -128,13 +129,13 @@ class Viewer:
 
         Args:
             recording: id of the recording.
-            sent: newest time [s] in each of the last batches, of at least `IN_TRANSIT` or all.
+            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all.
         """
         return BATCH if self._page is None else self._page.interval(recording, sent)
 
     @property
     def process(self) -> int | None:
-        """Process id of the viewer, if we started it and it runs."""
+        """Process id of a viewer that was started here and runs; None otherwise."""
         server = self._server
         return server.process.pid if server and server.process.poll() is None else None
 
@@ -144,14 +145,14 @@ class Viewer:
             self._files.setdefault(path, None)
 
     def finish(self, path: Path) -> None:
-        """Show the rest of a file that will not grow any more, and forget it."""
+        """Show the rest of a file that does not grow any more, and stop following it."""
         with self._lock:
             if feed := self._files.pop(path, None):
                 feed.finish()
                 self._last.append(feed)
 
     def close(self, leave_window: bool = False) -> None:
-        """Show the rest of the files, and end the viewer if we started it.
+        """Show the rest of the files, and stop the viewer if it was started here.
 
         Args:
             leave_window: whether a native viewer stays until its user closes it.
@@ -164,7 +165,7 @@ class Viewer:
             self._page.close()
 
     def _watch(self) -> None:
-        # Processes are tied to the thread that starts them, so this thread starts and ends them.
+        # Processes exit with the thread that starts them, so this thread starts and stops them.
         while not self._gone:
             self._look()
             if self._closing.wait(TURN):

@@ -1,4 +1,4 @@
-"""State of the web viewer from Rerun 0.41's page: amount of data of each recording."""
+"""State of the web viewer, as Rerun 0.41's page reports it: newest time of each recording."""
 
 from ab_sim.base.protobuf import fields_of
 
