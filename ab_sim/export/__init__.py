@@ -1,1 +1,1 @@
-"""The equations and a drive in other forms: printed formulas, C99, an FMU."""
+"""Export of the equations as printed formulas, and of a drive as C99 or as an FMU."""

@@ -45,7 +45,7 @@ def test_a_stranger_builds_and_runs_them(tmp_path: Path) -> None:
         wrong = subprocess.run([folder / "drive_example", *words], capture_output=True, text=True)
         assert (wrong.returncode, wrong.stdout, wrong.stderr[:6]) == (2, "", "usage:")
     assert "rolling_friction" not in (folder / "README.md").read_text()
-    assert re.search("What acts in it: .*suspension", (folder / "README.md").read_text())
+    assert re.search("Effects: .*suspension", (folder / "README.md").read_text())
 
 
 @needs_compiler
@@ -213,7 +213,7 @@ def test_what_a_refusal_says_to_do_helps() -> None:
 def test_a_folder_s_own_files_stay(tmp_path: Path) -> None:
     (tmp_path / "main.c").write_text("int main(void) { return 0; }\n")
     done = ab_sim("c", "no-ball", "--out", str(tmp_path), cwd=tmp_path)
-    assert done.returncode == 2 and "has a main.c that is not of ab-sim's making" in done.stderr
+    assert done.returncode == 2 and "has a main.c that ab-sim did not write" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["main.c"]
 
 

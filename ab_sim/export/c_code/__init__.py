@@ -4,7 +4,7 @@ suitable      scenes that can be exported; errors with remedies for others
 parameters    constants of a scene as fields of a struct, with units
 equations     functions of a model's expressions as C
 declarations  other declarations in header and source that depend on the scene
-templates     files from templates, which are in template_files
+templates     filling of the templates in template_files
 sources       header and source, example and check
 model_description   XML files of an FMU
 fmu           archive of an FMU

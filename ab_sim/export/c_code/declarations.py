@@ -1,4 +1,4 @@
-"""Declarations and tables of a scene in header and source, besides the equations."""
+"""Declarations and tables of a scene in header and source, in addition to the equations."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import wrap
@@ -17,20 +17,20 @@ from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 from ab_sim.tracing.c_text import c_literal
 
 FIELDS = {
-    "start_speed": ("rad/s", "at its start"),
-    "slope": ("rad/s^2", "of a ramp"),
-    "change": ("rad/s", "of a raised cosine: what has been added at its end"),
-    "duration": ("s", "of a raised cosine"),
+    "start_speed": ("rad/s", "speed at the start"),
+    "slope": ("rad/s^2", "acceleration of a ramp"),
+    "change": ("rad/s", "total change of speed of a raised cosine"),
+    "duration": ("s", "duration of a raised cosine"),
 }
 """Units and meanings of the fields of segments."""
 
 CHANNELS = {
-    "q": "of the quaternion that turns the deck's axes to the ground's",
-    "_rate": "rate of that",
-    "w": "the deck's angular velocity on its own axes",
-    "": "of the deck, on axes fixed in space",
+    "q": "quaternion from deck axes to axes fixed in space",
+    "_rate": "rate of the angular velocity on deck axes",
+    "w": "angular velocity of the deck on deck axes",
+    "": "motion of the deck on axes fixed in space",
 }
-"""Meanings of a deck's channels, by a part of their names."""
+"""Meanings of a deck's channels, by the first part that their names contain."""
 
 
 def indented(lines: Iterable[str]) -> str:
@@ -39,7 +39,14 @@ def indented(lines: Iterable[str]) -> str:
 
 
 def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()) -> str:
-    """Return a field of a struct, after its comment if that is long."""
+    """Return the declaration of a struct's field, after its comment if the comment is long.
+
+    Args:
+        name: name of the field.
+        unit: unit of the values; "1" is left out.
+        about: meaning of the field.
+        shape: sizes of an array's axes.
+    """
     size = "".join(f"[{size}]" for size in shape)
     words = plain(": ".join(part for part in (unit if unit != "1" else "", about) if part))
     line = f"double {name}{size};"
@@ -61,26 +68,26 @@ def declared(parameters: Sequence[DriveParameter]) -> Iterator[str]:
 
 
 def initialised(parameters: Sequence[DriveParameter]) -> Iterator[str]:
-    """Yield the values of the fields."""
+    """Yield the initialisers of the fields of ``struct drive_parameters``."""
     for parameter in parameters:
         yield f".{parameter.name} = {value_text(parameter.values)},"
 
 
 def value_text(values: np.ndarray) -> str:
-    """Return numbers as C text, with braces around the numbers of an axis."""
+    """Return an array as a C initialiser, with braces around each axis."""
     if values.ndim == 0:
         return number_text(float(values))
     return "{" + ", ".join(value_text(part) for part in values) + "}"
 
 
 def number_text(value: float) -> str:
-    """Return a number to the last bit; hexadecimal ones have a decimal comment."""
+    """Return a number as exact C text, with a decimal comment if it is hexadecimal."""
     text = c_literal(value)
     return f"{text} /* {value!r} */" if "0x" in text else text
 
 
 class Output(NamedTuple):
-    """A field of ``struct drive_outputs``."""
+    """Field of ``struct drive_outputs``."""
 
     name: str
     unit: str
@@ -95,22 +102,28 @@ OF_BALLS, OF_SENSORS = ("DRIVE_BALLS",), ("DRIVE_SENSORS", "DRIVE_AXES")
 def outputs(
     channels: Sequence[str], balls: int, sensors: Mapping[str, Accelerometer]
 ) -> Iterator[Output]:
-    """Yield all outputs."""
-    yield Output("angle", "rad", "of the spindle, unwrapped")
-    yield Output("speed", "rad/s", "of the spindle")
+    """Yield all outputs of a drive.
+
+    Args:
+        channels: channels of the deck.
+        balls: number of balls.
+        sensors: accelerometers by name.
+    """
+    yield Output("angle", "rad", "angle of the spindle, unwrapped")
+    yield Output("speed", "rad/s", "speed of the spindle")
     yield Output("command", "rad/s", "commanded speed")
     for name in channels:
         yield Output(name, unit_of(name) or "1", next(CHANNELS[k] for k in CHANNELS if k in name))
     if balls:
-        yield Output("ball_angle", "rad", "from the unbalance, unwrapped", OF_BALLS)
-        yield Output("ball_rate", "rad/s", "relative to the race", OF_BALLS)
+        yield Output("ball_angle", "rad", "angle from the unbalance, unwrapped", OF_BALLS)
+        yield Output("ball_rate", "rad/s", "rate relative to the race", OF_BALLS)
     if sensors:
-        about = "of the accelerometers, by DRIVE_SENSOR_NAME, without noise"
+        about = "readings of the accelerometers, by DRIVE_SENSOR_NAME, without noise"
         yield Output("readings", "m/s^2", about, OF_SENSORS)
 
 
 def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:
-    """Yield the rows of the table of a profile."""
+    """Yield the rows of the C table of a profile's segments."""
     for segment in scheduled:
         place = place_on(segment)
         numbers: dict[str, Any] = {
@@ -133,7 +146,7 @@ def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:
 def sensor_rows(
     sensors: Mapping[str, Accelerometer], step: float, starts: Mapping[str, np.ndarray]
 ) -> Iterator[str]:
-    """Yield the rows of the table of sensors.
+    """Yield the rows of the C table of sensors.
 
     Args:
         sensors: sensors of the scene.

@@ -30,16 +30,16 @@ COLUMNS = BallConstants._fields[1:]
 
 
 class Equations(NamedTuple):
-    """Result of the conversion of a scene's equations."""
+    """Equations of a scene in C."""
 
     text: str
-    """Text of the functions."""
+    """C text of the functions."""
     used: frozenset[str]
     """Inputs of the model that the functions read."""
     derived: int
-    """Count of numbers that are derived from the parameters."""
+    """Number of values derived from the parameters."""
     ball_derived: int
-    """Count of numbers that are derived for each ball."""
+    """Number of values derived for each ball."""
     columns: tuple[str, ...]
     """Derived constants of the balls, by their names in ``BallConstants``."""
 
@@ -51,12 +51,12 @@ def equations_of(
     channels: Sequence[str],
     sensors: Mapping[str, Accelerometer],
 ) -> Equations:
-    """Return the functions of a system.
+    """Return the functions of a system in C.
 
     Args:
-        system: the system.
-        parameters: all of its fields.
-        kinds: kinds of its profile's segments.
+        system: system to convert.
+        parameters: all fields of ``struct drive_parameters``.
+        kinds: kinds of the profile's segments.
         channels: names of the deck's channels, as fields of ``struct drive_outputs``.
         sensors: sensors of the scene.
     """
@@ -89,7 +89,7 @@ def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
 
 
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
-    """Return the C text of each of the model's inputs, by name."""
+    """Return the C text for each input of the model, by name."""
     places = {name: f"b->{name}[i]" for name in COLUMNS}
     for parameter in parameters:
         if parameter.is_of_balls:
@@ -101,7 +101,7 @@ def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
 
 
 class _Kind:
-    """Functions along segments of one kind."""
+    """C functions for segments of one kind."""
 
     def __init__(
         self, system: System, kind: type[Any], places: dict[str, str], channels: Sequence[str]
@@ -175,12 +175,12 @@ class _Kind:
 
 
 def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, int]) -> str:
-    """Return a function's text, with the pointers that its lines use.
+    """Return a C function's text, with the pointers that its lines use.
 
     Args:
         head: return type and name.
-        arguments: its arguments.
-        lines: its body.
+        arguments: arguments of the function.
+        lines: body of the function.
         balls: positions of the first ball's angle and rate in the state.
     """
     body = "\n".join(lines)
@@ -206,7 +206,7 @@ def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, 
 
 
 def _of_balls(system: System, columns: Sequence[str]) -> _Part:
-    """Return the constants that follow from the balls' given ones, as Python computes them."""
+    """Return the C function for the derived constants of the balls, with the bits of Python."""
     graph = Graph()
     m, a, radius = (
         graph.input(name, Level.PARAMETER, True) for name in ("mass", "radius", "race_radius")
@@ -221,7 +221,7 @@ def _of_balls(system: System, columns: Sequence[str]) -> _Part:
     ]
     places = {name: f"d->p.{field}[i]" for name, (field, *_) in GIVEN.items()}
     lines = c_statements(stores, places)
-    head = "/* Constants of the balls that follow from others. */\nstatic void derive_balls"
+    head = "/* Derived constants of the balls. */\nstatic void derive_balls"
     return _Part(function(head, "struct drive *d", lines, (0, 0)), _read_by(roots))
 
 
@@ -230,7 +230,7 @@ _OF_BALL = [*FORMULA_COLUMNS[:-1], 0]
 
 
 def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
-    """Return functions that dispatch on a segment's kind."""
+    """Return the C functions that dispatch on the kind of a segment."""
     names = [KINDS[kind] for kind in kinds]
     begin = ["derive_balls(d);"] if columns else []
     segment = "const struct drive_segment *s"
@@ -264,7 +264,7 @@ def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
 
 
 def _of_segments(kind: type[Any]) -> str:
-    """Return functions for speed and angle of a segment, as Python computes them."""
+    """Return the C functions for speed and angle of a segment, with the bits of Python."""
     graph, functions = Graph(), []
     segment = kind(*(graph.input(name) for name in kind._fields))
     time = graph.input("time")
@@ -284,7 +284,7 @@ def _felt(
     sensors: Mapping[str, Accelerometer],
     places: dict[str, str],
 ) -> _Part:
-    """Return the specific force at each sensor, on the deck's axes, as Python computes it."""
+    """Return the C function for the specific force at each sensor, with the bits of Python."""
     graph = Graph()
     deck, effects = traced_bodies(system, lambda name: graph.input(name, Level.PARAMETER))
     sample = [graph.input(name) for name in channels]
@@ -302,10 +302,10 @@ def _felt(
 
 
 def step_of(tableau: Tableau) -> str:
-    """Return a step of an explicit Runge-Kutta method."""
+    """Return the C function for a step of an explicit Runge-Kutta method."""
     a, b, c = tableau
     stages = len(b)
-    lines = [f"double k[{stages - 1}][STATES]; /* slopes of the stages behind the first */"]
+    lines = [f"double k[{stages - 1}][STATES]; /* slopes of the stages after the first */"]
 
     def combined(weights: Sequence[float], used: int) -> list[str]:
         terms = [

@@ -1,4 +1,4 @@
-"""A drive as an FMU of FMI 3.0 for co-simulation: sources, and a binary with a compiler."""
+"""Drive as an FMU of FMI 3.0 for co-simulation: sources, and a binary if there is a compiler."""
 
 import hashlib
 import io
@@ -24,10 +24,10 @@ from ab_sim.export.c_code.sources import DriveSources
 from ab_sim.export.c_code.templates import filled, in_html
 
 HEADERS = files("ab_sim.export.c_code") / "fmi_headers"
-"""Folder of the standard's own headers, 2-clause BSD."""
+"""Folder of the standard's headers (2-clause BSD licence)."""
 HEADER_NAMES = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
 EXTRA = "extra/org.fmi-standard"
-"""Folder of the headers in an FMU, outside its sources, because importers have their own."""
+"""Folder of the headers in an FMU, outside the sources, because importers have these headers."""
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
 _FUNCTION = re.compile(r"typedef\s+fmi3Status\s+(fmi3\w+)TYPE\s*\(([^;]*)\);")
 _PRIVATE = re.compile(
@@ -37,12 +37,12 @@ _PRIVATE = re.compile(
 
 
 class Fmu(NamedTuple):
-    """A complete FMU."""
+    """Complete FMU."""
 
     content: bytes
-    """Content of its file."""
+    """Content of the file."""
     binary: str | None
-    """Platform of its binary; None without one."""
+    """Platform of the binary; None if there is no binary."""
     variables: tuple[Variable, ...]
 
 
@@ -50,8 +50,8 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     """Return the FMU of a drive.
 
     Args:
-        sources: the drive.
-        identifier: its name, a C identifier.
+        sources: sources of the drive.
+        identifier: name of the model, a C identifier.
 
     Raises:
         InputError: the C compiler fails.
@@ -117,7 +117,7 @@ def _least(variable: Variable) -> str:
 
 
 def _unsupported(text: str) -> Iterator[str]:
-    """Yield a function for each that the standard declares and the text lacks."""
+    """Yield a function that fails for each function of the standard that the text lacks."""
     for name, arguments in _FUNCTION.findall((HEADERS / HEADER_NAMES[1]).read_text()):
         if f"\nfmi3Status {name}(" in text:
             continue
@@ -158,7 +158,7 @@ def _binary(sources: dict[str, str]) -> bytes | None:
 
 
 def _zipped(content: dict[str, bytes]) -> bytes:
-    """Return an archive that depends on the content only, not on times."""
+    """Return a ZIP archive that depends only on the content, not on times."""
     archive_bytes = io.BytesIO()
     with zipfile.ZipFile(archive_bytes, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in content.items():

@@ -1,4 +1,4 @@
-"""The XML files of an FMU: variables with units, and how to build its sources."""
+"""XML files of an FMU: variables with units, and instructions to build its sources."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -12,17 +12,17 @@ from ab_sim.export.c_code.templates import one_line
 from ab_sim.scene.model import Scene
 
 NEVER, EARLY, ALWAYS = range(3)
-"""Time at which a variable may be set: never, until it is initialized, always."""
+"""Times at which a variable may be set: never, until the FMU is initialized, always."""
 BASE_UNITS = {
     "N": {"kg": 1, "m": 1, "s": -2},
     **{name: {name: 1} for name in ("kg", "m", "s", "rad")},
     "1": {},
 }
-"""Units in FMI's base units."""
+"""Exponents of FMI's base units by unit."""
 
 
 class Variable(NamedTuple):
-    """A variable of the FMU; its value reference is its index among all variables."""
+    """Variable of the FMU; its value reference is its index among all variables."""
 
     name: str
     place: str
@@ -35,7 +35,7 @@ class Variable(NamedTuple):
 
 
 def variables_of(sources: DriveSources) -> list[Variable]:
-    """Return all variables."""
+    """Return all variables of an FMU, in the order of their value references."""
     return [*_given(sources), *_seen(sources)]
 
 
@@ -48,7 +48,7 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
         *("speed_command", "speed_command", ALWAYS),
         {
             "causality": "input",
-            "description": "speed that the spindle goes to, unless it follows its profile",
+            "description": "commanded speed, unless follow_profile is true",
             **{"min": repr(-top), "max": repr(top), "start": repr(scene.start.speed)},
         },
         "rad/s",
@@ -58,7 +58,7 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
         *("acceleration", "acceleration", ALWAYS),
         {
             **tunable,
-            "description": "at which a command is followed",
+            "description": "acceleration towards a commanded speed",
             **{"min": "0.0", "max": repr(steepest), "start": repr(steepest)},
         },
         "rad/s^2",
@@ -68,7 +68,7 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
         {
             **tunable,
             "variability": "fixed",
-            "description": "follow the scene's own speed profile, and no speed_command",
+            "description": "follow the scene's speed profile instead of speed_command",
             "start": "false",
         },
         kind="Boolean",
@@ -100,13 +100,14 @@ def _seen(sources: DriveSources) -> Iterator[Variable]:
             for k, sensor in enumerate(scene.sensors):
                 for axis in range(3 if "z" in channels else 2):
                     one, at = f"{sensor}_{axis + 1}", f"{place}[{k}][{axis}]"
-                    yield variable(one, at, unit, "its reading, without noise")
+                    yield variable(one, at, unit, "reading without noise")
         else:
             yield variable(name, place, unit, about)
     yield variable("whirl", "whirl", "m", "sqrt(x^2 + y^2)")
     if "qw" in channels:
         for k, name in enumerate(("alpha", "beta", "gamma")):
-            yield variable(name, f"tilt[{k}]", "rad", "the deck's: Rz(gamma) Rx(alpha) Ry(beta)")
+            about = "deck angle in Rz(gamma) Rx(alpha) Ry(beta)"
+            yield variable(name, f"tilt[{k}]", "rad", about)
 
 
 def model_description(
@@ -132,7 +133,7 @@ def model_description(
     )
     _units(root, variables)
     categories = Xml.SubElement(root, "LogCategories")
-    Xml.SubElement(categories, "Category", name="logStatusError", description="What went wrong")
+    Xml.SubElement(categories, "Category", name="logStatusError", description="Errors")
     Xml.SubElement(
         root,
         "DefaultExperiment",
@@ -149,7 +150,7 @@ def model_description(
         Xml.SubElement(listed, variable.kind, first | variable.attributes | unit)
         if variable.attributes["causality"] == "output":
             outputs.append(str(reference))
-    for each_output in outputs:  # an input acts from the next step on
+    for each_output in outputs:  # no dependencies: an input acts from the next step on
         Xml.SubElement(structure, "Output", valueReference=each_output, dependencies="")
     for each_output in outputs:
         Xml.SubElement(structure, "InitialUnknown", valueReference=each_output)

@@ -1,4 +1,4 @@
-"""The constants of a scene as fields of a C struct: names, units, meanings, values."""
+"""Constants of a scene as fields of a C struct: names, units, meanings, values."""
 
 import ast
 import inspect
@@ -20,34 +20,36 @@ GIVEN = {
     "mass": ("ball_mass", MASS, "kg", "m of each ball"),
     "radius": ("ball_radius", RADIUS, "m", "a of each ball"),
     "race_radius": ("race_radius", RACE_RADIUS, "m", "R, of the circle of each ball's centre"),
-    "height": ("race_height", RACE_HEIGHT, "m", "of each ball's race along the shaft"),
+    "height": ("race_height", RACE_HEIGHT, "m", "height of each ball's race along the shaft"),
 }
-"""Constants of the balls from which others are derived, by their names in ``BallConstants``: name
-in C, column of ``System.balls``, unit, meaning."""
+"""Given constants of the balls, from which the others are derived.
+
+By name in ``BallConstants``: name in C, column of ``System.balls``, unit, meaning.
+"""
 
 
 NOT_NEGATIVE = ("kg", "N/m", "N s/m")
-"""Units of masses, springs and dampers."""
+"""Units of quantities that must not be negative: masses, springs and dampers."""
 RADII = ("ball_radius", "race_radius")
 
 
 class DriveParameter(NamedTuple):
-    """A field of ``struct drive_parameters``."""
+    """Field of ``struct drive_parameters``."""
 
     name: str
     unit: str
-    """Unit of all its numbers; empty if they differ."""
+    """Unit of all numbers of the field; empty if the units differ."""
     meaning: str
     values: np.ndarray
-    """Numbers of the parameter; shape () for a single one."""
+    """Numbers of the parameter; shape () for a single number."""
     inputs: tuple[str, ...]
-    """Input of the model for each number; one for all balls for a ball's constant."""
+    """Input of the model for each number; a single input for a constant of the balls."""
     units: tuple[str, ...] = ()
-    """Units along its last axis, if they differ."""
+    """Units along the last axis of the values, if they differ."""
     is_start: bool = False
     """True if the parameter is used at the start only."""
     least: float | None = None
-    """Lower bound from its effect."""
+    """Lower bound that the parameter's effect states."""
 
     @property
     def is_of_balls(self) -> bool:
@@ -56,23 +58,23 @@ class DriveParameter(NamedTuple):
 
     @property
     def places(self) -> Iterator[tuple[str, float, str]]:
-        """Yield C text of the member, value and unit of each number."""
+        """Yield, for each number, the C text of its member, its value and its unit."""
         for index in np.ndindex(self.values.shape):
             place = self.name + "".join(f"[{k}]" for k in index)
             unit = self.units[index[-1]] if self.units else self.unit
             yield place, float(self.values[index]), unit
 
     def minimum(self, unit: str) -> float | None:
-        """Return the lower bound of a number of this parameter, by its unit; None without one."""
+        """Return the lower bound of a number with a unit; None if there is none."""
         return 0.0 if unit in NOT_NEGATIVE or self.name in RADII else self.least
 
 
 def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
-    """Return all fields of a scene's struct: those of the deck, of effects, of balls."""
+    """Return all fields of a scene's ``struct drive_parameters``: of deck, effects and balls."""
     deck, parameters = system.deck_model, list[DriveParameter]()
     for name, value in zip(deck._fields, deck, strict=True):
         inputs = tuple(input_ for input_, _ in flattened(value, f".0.{name}"))
-        if inputs:  # not for a count or a choice
+        if inputs:  # a count or a choice has no inputs
             parameters.append(_of_deck(docstrings_of(type(deck))[name], name, value, inputs))
     for k, (name, effect) in enumerate(scene.effects.items()):
         described = effect_parameters(type(effect))
@@ -96,7 +98,7 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
 
 def start_of_balls(scene: Scene) -> DriveParameter:
     """Return the start angles of the balls, which are not a constant of the equations."""
-    meaning = "where each ball starts, from the unbalance; put there by drive_reset"
+    meaning = "start angle of each ball from the unbalance, set by drive_reset"
     values = np.array(start_angles(scene), float)
     return DriveParameter("start_ball_angle", "rad", meaning, values, (), is_start=True)
 
@@ -105,8 +107,8 @@ def _of_deck(about: str, name: str, value: Any, inputs: tuple[str, ...]) -> Driv
     values, unit = np.asarray(value, float), re.search(r"\[([^]]+)\]", about)
     if name == "mounts":
         meaning = (
-            "of each mount: place on deck axes [m], stiffness [N/m] and damping [N s/m] along its "
-            "three axes, and these on the ground's axes, one after the other"
+            "each mount: position on deck axes [m], stiffness [N/m] and damping [N s/m] along its "
+            "three axes; these axes in the ground's frame, one after the other"
         )
         return DriveParameter(name, "", meaning, values, inputs, MOUNT_UNITS)
     meaning = re.sub(r"\s*\[[^]]+\]", "", about).strip(" ,.")

@@ -35,30 +35,30 @@ NAMES = ("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "REA
 """Names of the files."""
 README = NAMES[-1]
 MARK = "Made by `ab-sim c`"
-"""Mark in the first line of every file: only files with it are replaced."""
+"""Mark in the first line of every written file; only files with this mark are replaced."""
 CHECKED = (500, 300, 200)
-"""Numbers of steps after which states are compared: along the profile, and after two commands."""
+"""Numbers of steps after which states are compared: along the profile, then after two commands."""
 
 
 class DriveSources(NamedTuple):
-    """A drive in C, with its origin."""
+    """C sources of a drive, with the data from which they were written."""
 
     files: dict[str, str]
-    """Text by file name."""
+    """Text of each file by its name."""
     scene: Scene
     parameters: tuple[DriveParameter, ...]
     """Parameters that the code uses."""
     channels: tuple[str, ...]
     """Channels of the deck."""
     choice: Choice
-    """Choice of its stepper."""
+    """Stepper and the reason of its choice."""
     made_by: str
     """First line of each file."""
     title: str
 
 
-class _Made(NamedTuple):
-    """Data from which the texts are made."""
+class _Content(NamedTuple):
+    """Data from which the texts are written."""
 
     scene: Scene
     system: System
@@ -74,7 +74,7 @@ class _Made(NamedTuple):
 
 
 def kinds_of(schedule: SpeedSchedule) -> list[type[Any]]:
-    """Return the kinds of its segments: ramps, which commands need, and perhaps raised cosines."""
+    """Return the kinds of a schedule's segments; ramps are included, because commands need them."""
     kinds = {type(scheduled.segment) for scheduled in schedule.segments}
     return [kind for kind in (Ramp, RaisedCosine) if kind is Ramp or kind in kinds]
 
@@ -83,7 +83,7 @@ def sources_of(scene: Scene) -> DriveSources:
     """Return a scene's drive as C99 files.
 
     Raises:
-        SceneError: see ``suitable``.
+        SceneError: the scene cannot be converted to C, see ``suitable``.
     """
     system, choice = suitable(scene)
     schedule = SpeedSchedule.of_scene(scene)
@@ -93,7 +93,7 @@ def sources_of(scene: Scene) -> DriveSources:
     used = [parameter for parameter in parameters if equations.used & set(parameter.inputs)]
     if scene.balls.count:
         used.append(start_of_balls(scene))
-    parts = _Made(scene, system, choice, schedule, used, equations, channels)
+    parts = _Content(scene, system, choice, schedule, used, equations, channels)
     values = _values(parts)
     flags = _flags(parts)
     texts = {name: filled(name, values, flags) for name in NAMES if name != README}
@@ -103,7 +103,7 @@ def sources_of(scene: Scene) -> DriveSources:
     )
 
 
-def _flags(drive: _Made) -> dict[str, bool]:
+def _flags(drive: _Content) -> dict[str, bool]:
     equations = drive.equations
     return {
         "balls": len(drive.system.balls) > 0,
@@ -116,16 +116,16 @@ def _flags(drive: _Made) -> dict[str, bool]:
     }
 
 
-def _values(drive: _Made) -> dict[str, str]:
-    """Return the values in templates by name."""
+def _values(drive: _Content) -> dict[str, str]:
+    """Return the values for templates by name."""
     scene, step = drive.scene, drive.scene.solver.step
     about = {
         "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {plain(scene.name)}.",
         "TITLE": _title(scene),
         "STEP_SHORT": f"{step:g}",
         "STEPPER": f"{drive.choice.stepper.name}, order {drive.choice.stepper.order}",
-        "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
-        "ACTS": ", ".join(scene.effects) or "nothing but inertia",
+        "LIMITS": "Accelerometers have no noise; add it if needed." if scene.sensors else "",
+        "ACTS": ", ".join(scene.effects) or "none, only inertia",
         "SECONDS": f"{scene.duration:g}",
         "EVERY": str(max(1, round(0.01 / step))),
         "EXPECTED": _expected(scene),
@@ -137,14 +137,14 @@ def _in_readme(scene: Scene, values: Mapping[str, str]) -> dict[str, str]:
     return {"MADE_BY": in_html(values["MADE_BY"]), "SCENE": in_markdown(scene.name)}
 
 
-def _in_header(drive: _Made) -> dict[str, str]:
+def _in_header(drive: _Content) -> dict[str, str]:
     scene, equations, layout = drive.scene, drive.equations, layout_of(drive.system)
     segment_fields = dict.fromkeys(name for kind in drive.kinds for name in kind._fields)
     names = [f"DRIVE_SENSOR_{name.upper()}" for name in scene.sensors]
     sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
     return {
         "ABOUT": comment(*_about(scene, drive.choice)),
-        # In decimals with all bits, because C++ accepts hexadecimal ones from C++17 on only.
+        # Decimal with all bits, because C++ accepts hexadecimal numbers only from C++17 on.
         "STEP": repr(scene.solver.step),
         "MAX_SPEED": repr(scene.spindle.max_speed),
         "MAX_ACCELERATION": repr(scene.spindle.max_acceleration),
@@ -165,7 +165,7 @@ def _in_header(drive: _Made) -> dict[str, str]:
     }
 
 
-def _in_source(drive: _Made) -> dict[str, str]:
+def _in_source(drive: _Content) -> dict[str, str]:
     scene, system, text = drive.scene, drive.system, drive.equations.text
     deck, layout, stepper = type(system.deck_model), layout_of(system), drive.choice.stepper
     n, step = len(system.balls), scene.solver.step
@@ -217,14 +217,14 @@ def _effects(scene: Scene) -> str:
     return comment(*about)
 
 
-def _felt_at_start(drive: _Made) -> dict[str, np.ndarray]:
+def _felt_at_start(drive: _Content) -> dict[str, np.ndarray]:
     """Return the specific force of sensors at the start, on their own axes [m/s^2]."""
     pickups = RowReader(drive.scene, drive.system).pickups
     return {name: pickup.state.force for name, pickup in pickups.items()}
 
 
 def _expected(scene: Scene) -> str:
-    """Return the rows of the check's table: states of ab_sim."""
+    """Return the rows of the table of ``drive_check.c``: states that ab_sim computes."""
     drive, rows = Drive(scene), []
     top = scene.spindle.max_speed
     for steps, command in zip(CHECKED, (math.nan, 0.5 * top, 0.25 * top), strict=True):

@@ -1,4 +1,4 @@
-"""Check of a scene for C code: it must be smooth, with an explicit method of fixed step."""
+"""Check that a scene can be exported to C: smooth, with an explicit method of fixed step."""
 
 import math
 from collections.abc import Iterator
@@ -19,13 +19,12 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
     """Return a scene's system and stepper, if it can be converted to C.
 
     Args:
-        scene: a checked scene.
+        scene: scene to convert.
 
     Raises:
-        SceneError: the scene has effects with events, probes, or a profile that depends on
-            measurements (all are named in one message); or it requests an accuracy or a method that
-            is not explicit; or its step is too long at ``spindle.max_speed``, the limit of
-            commands.
+        SceneError: the scene has effects with events, probes, an accuracy, or a profile that
+            depends on measurements (one message names all of these); or its method is not explicit;
+            or its step is too long at ``spindle.max_speed``, the limit of commands.
     """
     refusals = list(_refusals(scene))
     if len(refusals) == 1:
@@ -49,9 +48,9 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
 
 class _Refusal(NamedTuple):
     why: str
-    """Reason with remedy."""
+    """Reason of the refusal with a remedy."""
     options: str
-    """Options of the command that leave it out."""
+    """Options of the command that remove the cause."""
 
 
 def _refusals(scene: Scene) -> Iterator[_Refusal]:

@@ -1,4 +1,4 @@
-"""Files from templates, and escapes for text from outside."""
+"""Filling of templates, and escapes for text from outside."""
 
 import html
 import re
@@ -14,10 +14,16 @@ WIDTH = 96
 
 
 def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> str:
-    """Fill a template, in one pass, so that no value is searched for names of others.
+    """Return a template with its values filled in.
 
-    Lines between ``@if FLAG`` and ``@end`` are left out if the flag is not set. ``@NAME@`` is a
-    value, which may have several lines.
+    Lines between ``@if FLAG`` and ``@end`` are left out if the flag is not set. ``@NAME@`` is
+    replaced by a value, which may have several lines. All values are inserted in one pass, so that
+    a name within a value is not replaced.
+
+    Args:
+        name: file name of the template.
+        values: values by their names.
+        flags: flags by their names.
     """
     lines, keep = [], True
     for line in (TEMPLATES / name).read_text(encoding="utf-8").splitlines():
@@ -38,24 +44,24 @@ def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> s
 
 
 def _block(value: str) -> str:
-    """Return a value that stands on its own lines, with a final line end."""
+    """Return a value that fills whole lines, with a final line end."""
     return value if value.endswith("\n") or not value else f"{value}\n"
 
 
 def comment(*paragraphs: str) -> str:
-    """Return lines within a comment."""
+    """Return paragraphs as wrapped lines within a C comment."""
     lines = [line for text in paragraphs for line in wrap(plain(text), WIDTH)]
     return "".join(f" * {line}\n" for line in lines)
 
 
 def one_line(text: str) -> str:
-    """Return text from outside on one line, with control characters written out."""
+    """Return text from outside on one line, with control characters as escapes."""
     return visible(" ".join(text.split()))
 
 
 def plain(text: str) -> str:
-    """Return text from outside for a comment of C or CMake, without a comment end in it."""
-    text = re.sub(r"\?(?=\?)", "? ", one_line(text))  # no trigraphs, of which ??/ would join lines
+    """Return text from outside for a comment of C or CMake, without an end of the comment."""
+    text = re.sub(r"\?(?=\?)", "? ", one_line(text))  # no trigraphs: ??/ would join lines
     return text.replace("*/", "* /").replace("/*", "/ *")
 
 
@@ -65,5 +71,5 @@ def in_html(text: str) -> str:
 
 
 def in_markdown(text: str) -> str:
-    """Return text from outside for Markdown, as text: no markup, no HTML, no link."""
+    """Return text from outside escaped for Markdown, without markup, HTML and links."""
     return re.sub(r"[]\\`*_[<>&|~#!$:@^=]", r"\\\g<0>", one_line(text))

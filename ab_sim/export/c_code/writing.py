@@ -1,4 +1,4 @@
-"""Writing of a drive's files: all of them or none, and never over files of others."""
+"""Writing of a drive's files: all of them or none, without replacing files of other origin."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,11 +10,11 @@ from ab_sim.export.c_code.sources import MARK, DriveSources
 
 
 def check_output(folder: Path, names: list[str], option: str) -> None:
-    """Refuse a folder that is not writable, or that has other files with these names.
+    """Refuse a folder that is not writable, or that has files of other origin with these names.
 
     Args:
-        folder: the folder.
-        names: names of the files.
+        folder: folder to write to.
+        names: names of the files to write.
         option: name of the folder in messages, e.g. ``--out``.
 
     Raises:
@@ -25,16 +25,21 @@ def check_output(folder: Path, names: list[str], option: str) -> None:
         file = folder / name
         if file.is_dir() or (file.exists() and MARK not in _first_line(file)):
             raise InputError(
-                f"{option} {folder}: has a {name} that is not of ab-sim's making; name another "
-                "folder, one of its own"
+                f"{option} {folder}: has a {name} that ab-sim did not write; name another folder, "
+                "e.g. a new one"
             )
 
 
 def write_sources(sources: DriveSources, folder: Path, option: str) -> list[Path]:
-    """Write a drive's files to a folder, which is created if missing.
+    """Write a drive's files to a folder, which is created if missing; return their paths.
+
+    Args:
+        sources: files to write.
+        folder: folder to write to.
+        option: name of the folder in messages.
 
     Raises:
-        InputError: see ``check_output``; or a file cannot be written. Nothing has changed then.
+        InputError: the folder cannot be used or a file cannot be written; nothing has changed.
     """
     check_output(folder, list(sources.files), option)
     try:
@@ -48,10 +53,15 @@ def write_sources(sources: DriveSources, folder: Path, option: str) -> list[Path
 
 
 def write_fmu(sources: DriveSources, file: Path, option: str) -> Fmu:
-    """Write a drive's FMU.
+    """Write a drive's FMU and return it.
+
+    Args:
+        sources: sources of the drive.
+        file: file to write.
+        option: name of the file in messages.
 
     Raises:
-        InputError: the C compiler fails, or the file cannot be written. Nothing has changed then.
+        InputError: the C compiler fails, or the file cannot be written; nothing has changed.
     """
     content = fmu_of(sources, identifier_of(file.stem))
     try:

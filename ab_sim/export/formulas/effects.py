@@ -1,4 +1,4 @@
-"""Print an effect's formulas: each of its methods is run once on expressions."""
+"""Print an effect's formulas, traced by one run of each method on expressions."""
 
 import inspect
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ class Formula(NamedTuple):
     """Meaning from ``methods``; empty for a method that is not listed there."""
     lines: Lines
     parameters: dict[str, str]
-    """Parameters of the effect by their symbols in the lines, where symbol and name differ."""
+    """Parameters of the effect by their symbols in the lines, if symbol and name differ."""
     trouble: str = ""
     """Reason why there are no lines; empty if there are."""
 
@@ -107,7 +107,7 @@ def _field_symbols(effect: type[Any], taken: set[str]) -> dict[str, str]:
 def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
     """Return an input for each number; counts and choices get their default values.
 
-    Counts and choices decide which operations are done, so they cannot be inputs.
+    Counts and choices select the operations, so they cannot be inputs.
     """
     values = []
     for field, about in effect_parameters(effect).items():
@@ -119,7 +119,7 @@ def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
 
 
 def _unknown(effect: type[Any], name: str) -> EffectMethod:
-    """Return a description of a method that is not in ``methods``, from its arguments' names."""
+    """Describe a method that is not in ``methods`` by the names of its arguments."""
     names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
     bodies: dict[str, Any] = {"deck": DeckMotion, "ball": Ball}
 

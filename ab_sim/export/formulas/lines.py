@@ -1,4 +1,4 @@
-"""Print a traced formula as lines, with the intermediate quantities of its source."""
+"""Print a traced formula as lines, with named intermediate quantities of its source code."""
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -12,11 +12,11 @@ from ab_sim.tracing.plain_text import PlainText
 from ab_sim.tracing.printed import Printer
 
 WIDTH = 88
-"""Maximum number of characters of a line in text; longer ones get named quantities."""
+"""Largest number of characters of a line in text; longer lines get named quantities."""
 
 
 class Line(NamedTuple):
-    """Equation in print."""
+    """Printed equation, as plain text and as LaTeX."""
 
     text: str
     latex: str
@@ -44,16 +44,16 @@ def lines_of(
     *,
     always: bool = False,
 ) -> Lines:
-    """Return equations in print, with as few named quantities as keep the lines short.
+    """Return printed equations, with as few named quantities as keep the lines short.
 
-    No quantity is named if all lines are short without. Otherwise all are named at first. Then one
-    name is removed at a time, as long as there is one that is unused, or that is used once and
-    whose removal keeps every line within ``WIDTH``.
+    No quantity is named if all lines are short without names. Otherwise all quantities are named at
+    first. Then names are removed one by one: unused ones, and those used once, as long as every
+    line stays within ``WIDTH``.
 
     Args:
         equations: equations in the order of printing.
         locals_: intermediate quantities that can be named.
-        known_symbols: symbols of some of them, by their names in the source.
+        known_symbols: symbols of some of these quantities, by their names in the source.
         explained: symbols that need no definition.
         always: True to name all quantities even in short lines, for a system of equations.
     """
@@ -78,7 +78,7 @@ def lines_of(
 def _symbols(
     equations: Sequence[Equation], locals_: Iterable[Named], known_symbols: dict[str, str]
 ) -> dict[int, str]:
-    """Return a symbol for each node that can be named, none of which is in use already."""
+    """Return an unused symbol for each node that can be named."""
     taken = {node.payload for node in _nodes(equations) if node.op == "input"}
     whole = {equation.right.number for equation in equations}
     symbols: dict[int, str] = {}
@@ -95,7 +95,7 @@ def _symbols(
 def _can_go(
     equations: Sequence[Equation], symbols: dict[int, str], number: int, uses: Counter[int]
 ) -> bool:
-    """Return whether the lines stay short enough if a quantity has no name."""
+    """Return whether the lines stay short enough without the name of a quantity."""
     if uses[number] == 0:
         return True
     fewer = {n: symbol for n, symbol in symbols.items() if n != number}
@@ -110,7 +110,7 @@ def _short(equations: Sequence[Equation], symbols: Mapping[int, str]) -> bool:
 
 
 def _uses(equations: Sequence[Equation], symbols: Mapping[int, str]) -> Counter[int]:
-    """Return how often each named quantity is printed in the equations and in the definitions."""
+    """Count the occurrences of each named quantity in the equations and definitions."""
     uses: Counter[int] = Counter()
     ahead = [side for equation in equations for side in equation]
     done: set[int] = set()

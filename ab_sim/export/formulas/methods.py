@@ -1,4 +1,4 @@
-"""Methods of effects: meaning, arguments and resulting equation of each.
+"""Methods of effects: the meaning, arguments and resulting equation of each method.
 
 These are the methods listed in ``ab_sim.model.equations.effects``, in the symbols of
 docs/equations.md.
@@ -17,12 +17,13 @@ def _unchanged(result: Any, x: Symbols) -> Any:
 
 
 class EffectMethod(NamedTuple):
-    """Method of effects."""
+    """Method that effects may have."""
 
     meaning: str
     arguments: Callable[[Symbols], Sequence[Any]]
+    """Function that returns the arguments as symbols."""
     left: Callable[[Symbols], Sequence[Any]]
-    """Left sides of the equations, one for each result."""
+    """Function that returns the left sides of the equations, one for each result."""
     used: Callable[[Any, Symbols], Any] = _unchanged
     """Function that converts the method's result to the equations' right sides."""
 

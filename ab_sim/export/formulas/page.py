@@ -60,7 +60,7 @@ def _effects() -> Iterator[str]:
 
 
 def _aligned(lines: Sequence[Line]) -> Iterator[str]:
-    """Yield lines below each other, aligned at their equals signs."""
+    """Yield equations as a LaTeX block, aligned at their equals signs."""
     wide = any(len(line.text) > WIDE for line in lines)
     rows = [row for line in lines for row in _rows(line.latex, wide)]
     yield from ["```math", r"\begin{aligned}"]

@@ -1,7 +1,7 @@
 """Print the equations of motion of a deck in the plane of the disc, as planar.py computes them.
 
 One placeholder stands for all effects. Each of its methods returns a symbol, so the lines show
-where an effect acts; the effects' own formulas are printed elsewhere.
+where an effect acts. The formulas of the effects are printed separately.
 """
 
 from typing import Any, NamedTuple
@@ -34,7 +34,7 @@ NAMED = {
 }
 """Symbols of the intermediate quantities that are named; others are written out."""
 EXPLAINED = frozenset({"h", "l"})
-"""Symbols that the effects' formulas define, and which need no definition here."""
+"""Symbols that the formulas of effects define, so that they are not defined here."""
 
 
 class TracedEffect(NamedTuple):
@@ -43,15 +43,15 @@ class TracedEffect(NamedTuple):
     x: Symbols
 
     def deck_force(self, deck: DeckMotion) -> tuple[Any, Any]:
-        """Return the suspension's force."""
+        """Return the symbols of the force on the deck."""
         return self.x("f_1"), self.x("f_2")
 
     def gravity(self) -> tuple[Any, Any]:
-        """Return gravity across the shaft."""
+        """Return the symbols of gravity across the shaft."""
         return self.x("g_x"), self.x("g_y")
 
     def race_shape(self, c: Any, s: Any) -> tuple[Any, ...]:
-        """Return the shape of a race."""
+        """Return the symbols of the shape of a race, relative to a circle."""
         per_ball = self.x.each
         return (
             per_ball("h") - per_ball("R"),
@@ -61,15 +61,15 @@ class TracedEffect(NamedTuple):
         )
 
     def ball_inertia(self, ball: Ball) -> Any:
-        """Return the inertia of rolling balls."""
+        """Return the symbol of the additional inertia of rolling balls."""
         return self.x.each("I") / (ball.radius * ball.radius)
 
     def ball_drag(self, ball: Ball) -> Any:
-        """Return the drag on a ball."""
+        """Return the symbol of the drag coefficient of a ball."""
         return self.x("c_b")
 
     def rotor_moment(self) -> Any:
-        """Return a motor's moment of inertia."""
+        """Return the symbol of the rotor's moment of inertia."""
         return self.x("I_r")
 
 
@@ -81,7 +81,7 @@ class EquationGroup(NamedTuple):
 
 
 def planar_sections() -> list[EquationGroup]:
-    """Return the equations of deck, spindle and balls, line by line."""
+    """Return the equations of deck, spindle and balls in groups."""
     system = _System(Symbols(Graph()))
     return [
         EquationGroup("displacement and velocity", system.rates()),
@@ -91,7 +91,7 @@ def planar_sections() -> list[EquationGroup]:
 
 
 class _System:
-    """Equations as expressions."""
+    """Equations of motion as expressions of symbols."""
 
     def __init__(self, x: Symbols) -> None:
         per_ball, theta = x.each, x.each("theta")

@@ -11,16 +11,16 @@ KNOWN = {
     "al": r"\dot{\omega}",
     "dl/dtheta": r"\frac{\mathrm{d}l}{\mathrm{d}\theta}",
 }
-"""LaTeX of symbols that have a substitute of ASCII letters in text."""
+"""LaTeX of symbols that are written otherwise in plain text."""
 
 
 def in_latex(symbol: str) -> str:
-    """Return the LaTeX of a symbol in text."""
+    """Return the LaTeX of a symbol of plain text."""
     return latex_symbol(symbol, KNOWN)
 
 
 class Symbols:
-    """Inputs of a graph by their symbols in text.
+    """Inputs of a graph by their symbols in plain text.
 
     Args:
         graph: graph in which the inputs are created.
@@ -31,20 +31,20 @@ class Symbols:
         self.used: set[str] = set()
 
     def __call__(self, symbol: str) -> Any:
-        """Return the input of a quantity with one value."""
+        """Return the input for a quantity with a single value."""
         self.used.add(symbol)
         return self.graph.input(symbol, Level.STATE)
 
     def each(self, symbol: str) -> Any:
-        """Return the input of a quantity per ball."""
+        """Return the input for a quantity with a value per ball."""
         self.used.add(symbol)
         return self.graph.input(symbol, Level.STATE, per_ball=True)
 
 
 def symbol_of_field(name: str, description: str) -> str:
-    """Return a parameter's symbol: the one with which its description begins, or else its name.
+    """Return a parameter's symbol: the first word of its description if that is one, or its name.
 
-    ``"k_3"``, ``"beta_b, a length"`` and ``"g, of free fall"`` begin with one, ``"a slower
+    ``"k_3"``, ``"beta_b, a length"`` and ``"g, of free fall"`` begin with a symbol, ``"a slower
     approach"`` does not.
     """
     first = re.match(r"([A-Za-z]+)(_\w+)?(?=$|,| of )", description)

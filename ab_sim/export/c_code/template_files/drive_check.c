@@ -1,7 +1,8 @@
 /* @MADE_BY@
  *
- * Has this compiler, on this machine, the same bits as ab_sim? States after some steps, as ab_sim has
- * computed them. Exit code 0: yes, all of them. 1: no; the largest difference is printed.
+ * Check that this compiler, on this machine, gives the same bits as ab_sim. States after some steps
+ * are compared with those of ab_sim. Exit code 0: all bits are equal. 1: they differ; the largest
+ * difference is printed.
  */
 #include <math.h>
 #include <stdio.h>
@@ -10,8 +11,8 @@
 #include "drive.h"
 
 struct expected {
-    long steps; /* since the last one */
-    double command; /* rad/s, given before them; NAN: none, the profile is followed */
+    long steps; /* number of steps since the previous row */
+    double command; /* rad/s, given before these steps; NAN: none, the profile is followed */
     double y[DRIVE_STATES];
 };
 

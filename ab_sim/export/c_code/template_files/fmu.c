@@ -1,6 +1,6 @@
 /* @MADE_BY@
  *
- * @TITLE@ As a co-simulation FMU of FMI 3.0: what drive.h has, behind the standard's functions.
+ * @TITLE@ As a co-simulation FMU of FMI 3.0: the functions of the standard, by those of drive.h.
  *
  * Functions have their plain names, as a shared library needs them. To link several FMUs statically,
  * define FMI3_FUNCTION_PREFIX as @IDENTIFIER@_ when this file is compiled.
@@ -15,22 +15,22 @@
 #include "fmi3Functions.h"
 
 #define TOKEN "@TOKEN@"
-/* Of a communication point [s]: times that a master adds up drift by rounding. */
+/* Tolerance of a communication point [s]: times that an importer adds up drift by rounding. */
 #define TOLERANCE(time) (0.1 * DRIVE_STEP + 1e-12 * fabs(time))
 
 enum mode { INSTANTIATED, INITIALIZATION, STEP, TERMINATED };
 
-/* All that fmi3GetFMUState keeps. */
+/* State that fmi3GetFMUState copies. */
 struct fmu_state {
     enum mode mode;
     struct drive drive;
-    int changed; /* parameters were set: outputs are to be computed anew */
+    int changed; /* parameters were set, so that outputs must be updated */
     double start_time; /* s */
     double time; /* s */
     double speed_command; /* rad/s */
-    double acceleration; /* rad/s^2, at which a command is followed */
+    double acceleration; /* rad/s^2, towards a commanded speed */
     double whirl; /* m */
-    double tilt[3]; /* rad; of a deck in space */
+    double tilt[3]; /* rad; for a deck in space */
     bool follow_profile;
 };
 
@@ -38,19 +38,19 @@ struct fmu {
     struct fmu_state state;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
-    int warned; /* of a master whose times drift */
+    int warned; /* a warning on drifting times was logged */
 };
 
 struct variable {
     fmi3ValueReference reference;
     int settable; /* 0: never, 1: until initialized, 2: always */
-    size_t place; /* in struct fmu_state */
-    double least; /* value that may be set */
+    size_t place; /* offset in struct fmu_state */
+    double least; /* least value that may be set */
 };
 
 #define AT(member) offsetof(struct fmu_state, member)
 
-/* In the order of their value references; all are Float64 but follow_profile. */
+/* In the order of their value references; all are Float64 except follow_profile. */
 static const struct variable variables[] = {
 @VARIABLES@};
 enum { VARIABLES = sizeof variables / sizeof variables[0], FOLLOW_PROFILE = @FOLLOW_PROFILE@ };
@@ -67,11 +67,11 @@ static fmi3Status unsupported(fmi3Instance instance, const char *name)
     char text[160];
     if (!instance)
         return fmi3Error;
-    snprintf(text, sizeof text, "%s: this FMU has none of what it is for", name);
+    snprintf(text, sizeof text, "%s: is not supported by this FMU", name);
     return say(instance, fmi3Error, text);
 }
 
-/* Whether it is in one of two modes. */
+/* Return whether the FMU is in one of two modes; log an error otherwise. */
 static int is_in(const struct fmu *own, enum mode one, enum mode other, const char *name)
 {
     char text[160];
@@ -82,7 +82,7 @@ static int is_in(const struct fmu *own, enum mode one, enum mode other, const ch
     return 0;
 }
 
-/* Outputs as they follow from what has been set. */
+/* Update the outputs after parameters were set. */
 static void refresh(struct fmu_state *state)
 {
     struct drive *d = &state->drive;
@@ -181,7 +181,7 @@ static fmi3Status follow(struct fmu *own)
         return fmi3OK;
     snprintf(text, sizeof text,
              "speed_command = %.17g rad/s, acceleration = %.17g rad/s^2: must be within +-%g, and "
-             "above 0 and at most %g; the drive goes on as it was",
+             "above 0 and at most %g; the previous command stays in force",
              state->speed_command, state->acceleration, DRIVE_MAX_SPEED, DRIVE_MAX_ACCELERATION);
     return say(own, fmi3Warning, text);
 }
@@ -234,12 +234,12 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     if (!own || !is_in(own, STEP, STEP, "fmi3DoStep"))
         return fmi3Error;
     if (!event || !terminate || !early || !last)
-        return say(own, fmi3Error, "fmi3DoStep: a pointer for what it returns is NULL");
+        return say(own, fmi3Error, "fmi3DoStep: a pointer for a result is NULL");
     state = &own->state;
     refresh(state);
     *event = *terminate = *early = false;
     *last = state->time;
-    /* The FMU counts its own steps. A master that adds up its step drifts from them by rounding. */
+    /* The FMU counts steps. Times that an importer adds up drift from them by rounding. */
     if (!(fabs(now - state->time) <= TOLERANCE(now))) {
         snprintf(text, sizeof text, "currentCommunicationPoint = %.17g s: the FMU is at %.17g s",
                  now, state->time);
@@ -248,7 +248,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     if (!own->warned && fabs(now - state->time) > 1e-6 * DRIVE_STEP + 1e-12 * fabs(now)) {
         own->warned = 1;
         snprintf(text, sizeof text,
-                 "currentCommunicationPoint = %.17g s: the FMU is at %.17g s, and goes on from "
+                 "currentCommunicationPoint = %.17g s: the FMU is at %.17g s, and continues from "
                  "there; compute times as products, not as sums", now, state->time);
         say(own, fmi3Warning, text);
     }
@@ -279,7 +279,7 @@ static const struct variable *found(const struct fmu *own, fmi3ValueReference re
     char text[80];
     if (reference < VARIABLES)
         return &variables[reference]; /* they are numbered from 0 on */
-    snprintf(text, sizeof text, "valueReference %lu: there is none", (unsigned long)reference);
+    snprintf(text, sizeof text, "valueReference %lu: is not defined", (unsigned long)reference);
     say(own, fmi3Error, text);
     return NULL;
 }
@@ -308,7 +308,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference refere
     return fmi3OK;
 }
 
-/* Whether a variable may be set now. */
+/* Return whether a variable may be set now; log an error otherwise. */
 static int may_set(const struct fmu *own, const struct variable *v)
 {
     const int early = own->state.mode == INSTANTIATED || own->state.mode == INITIALIZATION;
@@ -441,7 +441,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[]
     return fmi3OK;
 }
 
-/* ---- What FMI has functions for, and this FMU none of. */
+/* ---- Functions of FMI that this FMU does not support. */
 
 fmi3Instance fmi3InstantiateModelExchange(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,

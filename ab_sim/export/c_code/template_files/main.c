@@ -1,7 +1,7 @@
 /* @MADE_BY@
  *
- * An example: commands a speed, and prints a table of what the drive does, a line each 10 ms or so.
- * Usage: example [SPEED in rad/s] [SECONDS]; without a speed it follows the scene's own profile.
+ * Example: commands a speed, and prints a table of the drive's motion, with a line about every
+ * 10 ms. Usage: example [SPEED in rad/s] [SECONDS]; without a speed it follows the scene's profile.
  */
 #include <stdio.h>
 #include <stdlib.h>
