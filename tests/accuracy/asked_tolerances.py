@@ -1,4 +1,4 @@
-"""Scenes that ask for an accuracy, short enough for an independent simulator."""
+"""Scenes with a requested accuracy, short enough for the independent simulator."""
 
 from typing import Any
 
@@ -46,10 +46,12 @@ EVENTFUL = {
         {"stick", "release", "impact"},
     ),
 }
-"""A scene, changes of it, and what the reference has to see happen there.
+"""Scene, changes, and events that the reference must have, by name of the case.
 
-What measures an accuracy shares our laws and our location of events, so these are the scenes in
-which that has to be right. In the sets of effects of the scenes above."""
+The code that measures an accuracy shares its laws and its event location with the code under
+test. These scenes compare both with the reference. They use the sets of effects of the scenes
+above.
+"""
 NEW: dict[str, Any] = merge(
     THESIS,
     {
@@ -67,7 +69,7 @@ NEW: dict[str, Any] = merge(
         "duration": 0.9,
     },
 )
-"""A drive that nothing was tuned on."""
+"""Drive with values that no method was tuned on."""
 
 
 def wished(name: str, **accuracy: float) -> Scene:

@@ -1,4 +1,4 @@
-"""Trajectories whose figures are known."""
+"""Trajectories with known metrics."""
 
 from typing import Any
 

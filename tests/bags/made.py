@@ -1,4 +1,4 @@
-"""Bags to read, and recordings to make them of."""
+"""Bags for tests, and recordings to export to bags."""
 
 from __future__ import annotations
 
@@ -36,7 +36,13 @@ def block_of(channels: Iterable[str], samples: NDArray[Any]) -> bytes:
 
 
 def bag_of(path: Path, messages: Iterable[tuple[str, int, bytes]], **types: str) -> Path:
-    """Of (topic, time [ns], CDR); types by the topics' names with _ for /, or the contract's."""
+    """Write a bag of messages and return its path.
+
+    Args:
+        path: folder of the bag.
+        messages: topic, time [ns] and CDR bytes of each message.
+        types: message type by topic, with _ for /; default: that of the topic's contract.
+    """
     with BagWriter(path) as bag:
         known = set()
         for topic, time, message in messages:

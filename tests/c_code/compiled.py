@@ -1,4 +1,4 @@
-"""A drive in C, compiled and called from Python."""
+"""Drive in C, compiled and called from Python."""
 
 import ctypes
 import shutil
@@ -30,7 +30,7 @@ needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a 
 
 @cache
 def compiled(sources: tuple[tuple[str, str], ...], *flags: str) -> ctypes.CDLL:
-    """Library of a drive's files, of C99 without a warning; made once for all tests."""
+    """Compile a drive's files as C99 without warnings, once for all tests; return the library."""
     with TemporaryDirectory() as folder:
         for name, text in (*sources, ("glue.c", GLUE)):
             Path(folder, name).write_text(text)
@@ -43,7 +43,7 @@ def compiled(sources: tuple[tuple[str, str], ...], *flags: str) -> ctypes.CDLL:
 
 
 class InC:
-    """A drive in C, which follows its profile until commanded."""
+    """Drive in C that follows its profile until commanded."""
 
     def __init__(self, scene: Scene, *flags: str) -> None:
         self.sources = sources_of(scene)
@@ -64,23 +64,23 @@ class InC:
         self.call("follow_profile")
 
     def call(self, name: str, *numbers: float) -> int:
-        """A function of drive.h."""
+        """Call a function of drive.h and return its result."""
         found: int = getattr(self.library, f"drive_{name}")(self.me, *numbers)
         return found
 
     def state(self, size: int) -> np.ndarray:
-        """y."""
+        """Return the state y."""
         return np.array(self.library.drive_state(self.me)[:size])
 
     def row(self) -> np.ndarray:
-        """Outputs in the order of ``Trajectory``'s columns, from the spindle's angle on."""
+        """Return outputs in the order of ``Trajectory``'s columns, from the spindle angle on."""
         seen = np.array(self.library.drive_seen(self.me)[: self.library.drive_number_seen()])
         first, n = 3 + self._deck, self._balls
         balls = seen[first : first + 2 * n].reshape(2, n).T.ravel()
         return np.concatenate([seen[:first], balls, seen[first + 2 * n :]])
 
     def rows(self, steps: int) -> np.ndarray:
-        """Outputs after each of so many steps."""
+        """Return the outputs after each of a number of steps."""
         found = []
         for _ in range(steps):
             assert self.call("step", 1) == OK
@@ -88,7 +88,7 @@ class InC:
         return np.array(found)
 
     def set(self, place: str, value: float) -> None:
-        """A parameter, by its place in C."""
+        """Set a parameter by its member in C."""
         at = 0
         for each in self.sources.parameters:
             for name, _, _ in each.places:

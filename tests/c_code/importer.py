@@ -1,4 +1,4 @@
-"""An FMU as an importer sees it: its archive, and its binary, called by way of ctypes."""
+"""Minimal importer of an FMU: reads the archive, and calls the binary through ctypes."""
 
 import ctypes
 import io
@@ -15,12 +15,12 @@ NUMBER, REFERENCE = ctypes.c_double, ctypes.c_uint32
 
 
 class Importer:
-    """One instance of an FMU.
+    """Instance of an FMU.
 
     Args:
-        content: of its file.
-        folder: where its binary is unpacked.
-        token: that it is made with; default: the right one.
+        content: content of the FMU's file.
+        folder: folder for the unpacked binary.
+        token: instantiation token; default: that of the FMU.
     """
 
     def __init__(self, content: bytes, folder: Path, token: str | None = None) -> None:
@@ -45,13 +45,13 @@ class Importer:
         )
 
     def call(self, name: str, *arguments: Any) -> int:
-        """A function of FMI; its status."""
+        """Call a function of FMI and return its status."""
         given = [NUMBER(x) if isinstance(x, float) else x for x in arguments]
         found: int = getattr(self.library, f"fmi3{name}")(ctypes.c_void_p(self.me), *given)
         return found
 
     def start(self, **values: float | bool) -> int:
-        """Up to the first step, with these set; the status of the last call."""
+        """Set variables and initialise up to the first step; return the status of the last call."""
         for name, value in values.items():
             assert self.set(name, value) == OK
         begun = ctypes.c_bool(False), 0.0, 0.0, ctypes.c_bool(False), 0.0
@@ -59,17 +59,17 @@ class Importer:
         return self.call("ExitInitializationMode")
 
     def reference(self, name: str) -> Any:
-        """Of one variable, as an array."""
+        """Return the value reference of a variable, as an array."""
         return (REFERENCE * 1)(int(self.variables[name]["valueReference"]))
 
     def set(self, name: str, value: float | bool) -> int:
-        """A variable; the status."""
+        """Set a variable and return the status."""
         kind = ("Boolean", ctypes.c_bool) if isinstance(value, bool) else ("Float64", NUMBER)
         one = ctypes.c_size_t(1)
         return self.call(f"Set{kind[0]}", self.reference(name), one, (kind[1] * 1)(value), one)
 
     def get(self, *names: str) -> np.ndarray:
-        """Values of variables."""
+        """Return the values of variables."""
         count = ctypes.c_size_t(len(names))
         references = (REFERENCE * len(names))(
             *(int(self.variables[name]["valueReference"]) for name in names)
@@ -79,13 +79,13 @@ class Importer:
         return np.array(values)
 
     def step(self, now: float, size: float) -> int:
-        """A communication step [s]; the status."""
+        """Take a communication step from ``now`` of ``size`` [s]; return the status."""
         flags, self.last = [ctypes.c_bool() for _ in range(3)], NUMBER()
         pointers = [ctypes.byref(each) for each in (*flags, self.last)]
         return self.call("DoStep", now, size, ctypes.c_bool(True), *pointers)
 
     def keep(self) -> ctypes.c_void_p:
-        """The state, serialized and read back on the way."""
+        """Return the FMU's state after a round trip through its serialized form."""
         kept, other, size = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_size_t()
         assert self.call("GetFMUState", ctypes.byref(kept)) == OK
         assert self.call("SerializedFMUStateSize", kept, ctypes.byref(size)) == OK

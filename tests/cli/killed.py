@@ -1,4 +1,4 @@
-"""A command whose work is kept part by part, ended by signals while it is at work."""
+"""Command with cached parts of its work, stopped by signals while it runs."""
 
 import subprocess
 from pathlib import Path
@@ -10,26 +10,26 @@ from tests.waiting import PATIENCE, until
 
 
 class KeptWork:
-    """A command, given again and again, with what it keeps in a folder of its own.
+    """Repeated command with a separate cache folder.
 
     Args:
-        folder: for that, and for what the command writes.
-        arguments: of `ab-sim`.
+        folder: folder for the cache and for the command's output.
+        arguments: arguments of `ab-sim`.
     """
 
     def __init__(self, folder: Path, *arguments: str) -> None:
         self._folder, self._arguments = folder, arguments
 
     def parts(self) -> list[Path]:
-        """Files that are kept."""
+        """Return the files in the cache."""
         return list(self._folder.glob("cache/ab_sim/results/judged-*/*.parquet"))
 
     def runs(self) -> list[int]:
-        """Numbers of the runs that are kept, as often as they are on disk."""
+        """Return the numbers of the cached runs, repeated if they are stored more than once."""
         return [run for file in self.parts() for run in parquet.read_table(file)["run"].to_pylist()]
 
     def begin(self, further: int) -> Command:
-        """Start the command, and wait until `further` parts more are kept."""
+        """Start the command, and wait until `further` more parts are cached."""
         wanted = len(self.parts()) + further
         command = self._command()
 
@@ -41,13 +41,13 @@ class KeptWork:
         return command
 
     def ended_by(self, number: int, further: int) -> int:
-        """Send a signal to all its processes after `further` parts; return its exit code."""
+        """Send a signal to all its processes after `further` more parts; return the exit code."""
         command = self.begin(further)
         command.signal(number)
         return command.done().returncode
 
     def whole(self) -> "subprocess.CompletedProcess[str]":
-        """The command once more, to its end."""
+        """Run the command once more to its end."""
         return self._command().done()
 
     def _command(self) -> Command:

@@ -1,4 +1,4 @@
-"""`ab-sim` in a process of its own, or in this one."""
+"""`ab-sim` in a separate process or in the process of the tests."""
 
 import os
 import subprocess
@@ -17,15 +17,15 @@ PNG = b"\x89PNG\r\n"
 
 
 class Command:
-    """A running command, its tables 200 columns wide, in a process and session of its own.
+    """Running command in a separate process and session, with tables 200 columns wide.
 
-    Its process is forked from one that has run a scene. Those in ``test_interruption`` begin from
-    nothing.
+    The process is forked from one that has run a scene. Processes of ``test_interruption`` start
+    from scratch.
 
     Args:
-        arguments: of `ab-sim`.
+        arguments: arguments of `ab-sim`.
         cwd: working directory.
-        environment: variables in addition to those of this process.
+        environment: environment variables in addition to those of the test process.
     """
 
     def __init__(self, *arguments: str, cwd: Path | None = None, **environment: str) -> None:
@@ -39,12 +39,12 @@ class Command:
         return self._process.is_alive()
 
     def signal(self, number: int) -> None:
-        """Send a signal to all its processes."""
+        """Send a signal to all processes of the command."""
         assert self._process.pid is not None
         os.killpg(self._process.pid, number)
 
     def done(self) -> subprocess.CompletedProcess[str]:
-        """Wait for its end."""
+        """Wait until the command ends, and return its exit code and output."""
         self._process.join(PATIENCE)
         code = self._process.exitcode
         assert code is not None, f"{self._arguments}: not done after {PATIENCE} s"
@@ -58,14 +58,14 @@ class Command:
 def ab_sim(
     *arguments: str, cwd: Path | None = None, **environment: str
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end."""
+    """Run a command to its end, and return its exit code and output."""
     return Command(*arguments, cwd=cwd, **environment).done()
 
 
 def refused(*arguments: str, cwd: Path | None = None) -> str:
-    """Return the error of a command with bad input, which writes nothing into its folder.
+    """Return the error of a command with bad input, which must not write into its folder.
 
-    It runs in this process, which is ten times as fast as one of its own.
+    The command runs in this process, which is ten times as fast as a separate one.
     """
     home = Path.cwd()
     folder = cwd or home
@@ -85,7 +85,7 @@ def refused(*arguments: str, cwd: Path | None = None) -> str:
 
 
 def _run(arguments: tuple[str, ...], cwd: Path, environment: dict, *files: str) -> None:
-    """In the new process."""
+    """Run the command in the forked process."""
     from ab_sim.cli import main
 
     os.setsid()

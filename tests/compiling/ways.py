@@ -1,4 +1,4 @@
-"""A function of the subset run as ordinary Python and as machine code of several processors."""
+"""Runs of one function of the compilable subset as Python and as code of several processors."""
 
 import copy
 import functools
@@ -13,21 +13,21 @@ import numpy as np
 from ab_sim.engine.compiling import Compiled, Library
 
 PLAIN, NARROW = "+sse2", "+sse4.2,+avx,+avx2,+fma,-avx512f"
-"""A processor without fused multiply-add, and one without AVX-512."""
+"""Features of a processor without fused multiply-add, and of one without AVX-512."""
 LIBRARIES = {features: Library(features) for features in (None, PLAIN, NARROW)}
 
 
 @functools.cache
 def machine_code(function: Callable[..., Any], features: str | None = None) -> Compiled:
-    """The function for a processor."""
+    """Compile a function for a processor's features."""
     assert isinstance(function, FunctionType)
     return Compiled(function, library=LIBRARIES[features])
 
 
 def same(function: Callable[..., Any], *arguments: Any) -> Any:
-    """The function's result, once all ways have been found to have the same, and written the same.
+    """Return the function's result after checking that all ways give and write the same values.
 
-    But for NaNs' signs and payloads, which depend on the processor.
+    Signs and payloads of NaNs are not compared, because they depend on the processor.
     """
     given = copy.deepcopy(arguments)
     expected = function(*given)
@@ -40,7 +40,7 @@ def same(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def agree(found: Any, expected: Any) -> bool:
-    """Digit by digit; where a float was said, Python may have left an int."""
+    """Return whether values agree to the bit; Python's result may be an int instead of a float."""
     if isinstance(found, np.ndarray):
         return found.shape == expected.shape and agree(
             tuple(found.ravel().tolist()), tuple(expected.ravel().tolist())

@@ -1,4 +1,4 @@
-"""Courses of the package's drive, led by a controller that hears a sensor of our own."""
+"""Runs of the package's drive, commanded by a controller that receives a separate sensor model."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -10,33 +10,33 @@ from ab_sim import Drive, load_scene
 from ab_sim.control import SensorFacts, StartUpSettings
 
 Sample = tuple[float, ...]
-"""Time, angle, speed, readings."""
+"""Time, angle, speed and readings of a sample."""
 Change = Callable[[Sample], Iterable[Sample]]
-"""What becomes of a sample on its way."""
+"""Function that alters a sample on its way to a controller, or drops it."""
 FINAL = 200.0
 NOISE = {"displacement": 1.3e-6, "acceleration": 0.053}
-"""1 % of the whirl without balls at the final speed; m, m/s^2."""
+"""Noise: 1 % of the whirl without balls at the final speed [m], [m/s^2]."""
 
 
 def settings(quantity: str = "displacement", axes: int = 1, **other: Any) -> StartUpSettings:
-    """Of the drive of ``Course``."""
+    """Return the settings of a controller for the drive of ``Course``."""
     known: Any = quantity
     sensing = SensorFacts(known, axes, 0.3, NOISE[quantity])
     return StartUpSettings(FINAL, 200.0, sensing, 0.005)._replace(**other)
 
 
 def as_it_is(sample: Sample) -> Iterable[Sample]:
-    """Nothing is changed."""
+    """Pass the sample unchanged."""
     yield sample
 
 
 class Course:
-    """The drive of ``balanced-start-up``, and what controllers are told of it.
+    """Drive of ``balanced-start-up``, with the samples that its controllers receive.
 
     Args:
-        told: to the controllers.
-        change: what becomes of samples on their way.
-        changes: of the scene.
+        told: settings of the controllers.
+        change: alteration of samples.
+        changes: changes of the scene.
     """
 
     def __init__(self, told: StartUpSettings, change: Change = as_it_is, changes: Any = ()) -> None:
@@ -45,11 +45,11 @@ class Course:
         self._told, self._change = told, change
         self._draw = np.random.default_rng(1)
         self.whirl = math.nan
-        """Mean of the last period [m]."""
+        """Mean whirl in the last period [m]."""
         self.commands: list[float] = []
 
     def on(self, seconds: float, leader: Any, *others: Any) -> None:
-        """Go on, led by one controller; others hear the same, and are asked, too."""
+        """Advance under the commands of one controller; call the others with the same samples."""
         sensing = self._told.sensing
         c, s = math.cos(sensing.axis_angle), math.sin(sensing.axis_angle)
         names = ("ax", "ay") if sensing.quantity == "acceleration" else ("x", "y")

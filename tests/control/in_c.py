@@ -1,4 +1,4 @@
-"""The start-up controller in C, with the face of ``ab_sim.control.StartUp``."""
+"""Start-up controller in C, with the interface of ``ab_sim.control.StartUp``."""
 
 import ctypes
 import subprocess
@@ -16,7 +16,7 @@ FLAGS = (
 
 
 def compiled(folder: Path, real: str) -> ctypes.CDLL:
-    """It as a library; ``real`` is double or float."""
+    """Compile the controller to a library; ``real`` is double or float."""
     library = folder / f"adaptive_{real}.so"
     flags = [*FLAGS, f"-DADAPTIVE_REAL={real}", "-shared", "-fPIC"]
     subprocess.run(["cc", *flags, "-o", library, SOURCE, "-lm"], check=True)
@@ -24,12 +24,12 @@ def compiled(folder: Path, real: str) -> ctypes.CDLL:
 
 
 class InC:
-    """A start-up in C.
+    """Start-up controller in C.
 
     Args:
-        library: from ``compiled``.
-        real: as it was compiled for.
-        settings: as in Python.
+        library: result of ``compiled``.
+        real: floating-point type of the library.
+        settings: settings as in Python.
     """
 
     def __init__(self, library: ctypes.CDLL, real: str, settings: StartUpSettings) -> None:

@@ -1,7 +1,7 @@
-"""The deck's six coordinates from what a drive shows: its quaternion and its angular velocity.
+"""Six coordinates of a deck from a drive's outputs: quaternion and angular velocity.
 
-Angles 3-1-2: turned by gamma about Z, by alpha about the new x, by beta about the last y. With the
-angular velocity on deck axes (shared/DECK.md)
+The angles 3-1-2 turn by gamma about Z, by alpha about the new x, by beta about the last y. The
+angular velocity on deck axes (shared/DECK.md) is
 
     alpha' cos b - gamma' cos a sin b,    beta' + gamma' sin a,    alpha' sin b + gamma' cos a cos b
 """
@@ -15,25 +15,25 @@ from ab_sim.drive.trajectory import Trajectory
 
 
 class Coordinates(NamedTuple):
-    """A row for each sample."""
+    """Coordinates, with a row for each sample."""
 
     places: np.ndarray
-    """X, Y, Z, alpha, beta, gamma, then the balls' angles, unless said otherwise."""
+    """X, Y, Z [m], alpha, beta, gamma, then the balls' angles [rad], unless stated otherwise."""
     rates: np.ndarray
-    """Time derivatives."""
+    """Time derivatives of the coordinates."""
 
 
 def columns(run: Trajectory, *names: str) -> np.ndarray:
-    """Channels side by side."""
+    """Return channels of a run as columns."""
     return np.column_stack([run[name] for name in names])
 
 
 def tilt_of(quaternions: np.ndarray, turning: np.ndarray) -> Coordinates:
-    """alpha, beta, gamma and their rates, a row for each.
+    """Return alpha, beta, gamma and their rates, with a row for each sample.
 
     Args:
-        quaternions: x, y, z, w, a row for each.
-        turning: angular velocity on deck axes [rad/s], a row for each.
+        quaternions: x, y, z, w, with a row for each sample.
+        turning: angular velocity on deck axes [rad/s], with a row for each sample.
     """
     gamma, alpha, beta = Rotation.from_quat(quaternions).as_euler("ZXY").T
     wx, wy, wz = turning.T
@@ -47,7 +47,7 @@ def tilt_of(quaternions: np.ndarray, turning: np.ndarray) -> Coordinates:
 
 
 def coordinates(run: Trajectory) -> Coordinates:
-    """Of a run; gamma unwrapped."""
+    """Return the coordinates of a run, with gamma unwrapped."""
     turning = columns(run, "wx", "wy", "wz")
     tilt, tilt_rate = tilt_of(columns(run, "qx", "qy", "qz", "qw"), turning)
     return Coordinates(
@@ -57,7 +57,7 @@ def coordinates(run: Trajectory) -> Coordinates:
 
 
 def absolute(run: Trajectory) -> Coordinates:
-    """As the reference's plants count them: X .. gamma, psi, then psi + theta_i of the balls."""
+    """Return the coordinates of the reference's plants: X .. gamma, psi, then psi + theta_i."""
     psi, speed = run["angle"][:, None], run["speed"][:, None]
     places, rates = coordinates(run)
     return Coordinates(

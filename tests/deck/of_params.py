@@ -1,4 +1,4 @@
-"""From the reference's parameters to a scene: the other way round than ``reference.of_scene``."""
+"""Conversion of the reference's parameters to a scene, the inverse of ``reference.of_scene``."""
 
 from collections.abc import Sequence
 
@@ -17,14 +17,14 @@ Vector = Sequence[float] | Array
 def scene_of(
     p: DeckParams, places: Vector, rates: Vector, *, effects: Changes, step: float = 5e-4
 ) -> Scene:
-    """A deck with one race, or none, in motion; its spindle keeps the speed it starts with.
+    """Return a deck in motion with at most one race, whose spindle keeps its start speed.
 
     Args:
-        p: without what acts on top: friction, contact and motor; and without further masses.
-        places: X, Y, Z, alpha, beta, gamma, phi_i.
-        rates: their time derivatives.
-        effects: beside drag, the spindle's acceleration, and gravity where there is some.
-        step: of the stepper [s].
+        p: parameters without friction, contact, motor and further masses.
+        places: X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
+        rates: time derivatives of ``places``.
+        effects: effects in addition to drag, spindle acceleration and gravity.
+        step: integration step [s].
     """
     (race,), disc = p.races or (None,), p.disc
     assert not disc.points and p.motor is None and p.contact is None
@@ -83,7 +83,7 @@ def scene_of(
 
 
 def profile_of(p: DeckParams) -> SpeedSchedule:
-    """Of the spindle's segments, each of constant acceleration."""
+    """Return the profile of the spindle's segments, each of constant acceleration."""
     segments, speed = [], p.spindle.speed
     for duration, acceleration in p.spindle.segments:
         segments.append((duration, Ramp(speed, acceleration)))
@@ -92,5 +92,5 @@ def profile_of(p: DeckParams) -> SpeedSchedule:
 
 
 def six(inertia: Array) -> list[float]:
-    """xx, yy, zz, xy, xz, yz."""
+    """Return the entries xx, yy, zz, xy, xz, yz of an inertia matrix."""
     return [float(inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]

@@ -1,8 +1,7 @@
-"""Scenes of decks in space: everything off every symmetry, and few sets of effects for all tests.
+"""Scenes of decks in space without any symmetry, with few sets of effects for all tests.
 
-Every set of effects is compiled for itself, with or without an energy balance, which takes some ten
-seconds: so all tests here keep an energy balance, and those whose effects are fewer name more that
-do nothing.
+Each set of effects needs a compilation of some ten seconds, with and without an energy balance. So
+all tests here keep an energy balance, and tests with fewer effects add ones without influence.
 """
 
 from typing import Any
@@ -41,7 +40,7 @@ COMPANIES: dict[str, Changes] = {
     "touching": {"effects": _TOUCHING, **_ONE_RACE},
     "all": {"effects": {**_TOUCHING, **_MOTOR}, **_ONE_RACE},
 }
-"""Sets of effects beside drag and the spindle's acceleration, where most do nothing."""
+"""Sets of effects in addition to drag and spindle acceleration; most have no influence."""
 
 ODD: Changes = {
     "rotor": {
@@ -94,16 +93,16 @@ ODD: Changes = {
     "solver": {"stepper": "rk8", "step": 5e-4},
     "duration": 1.0,
 }
-"""No symmetry anywhere: two races, couple unbalance, turned mounts, heights, a start in motion."""
+"""Scene without symmetry: two races, couple unbalance, turned mounts, heights, start in motion."""
 
 
 def odd(company: str, *changes: Changes) -> Scene:
-    """``ODD`` in a company, with changes laid over it."""
+    """Return ``ODD`` with a set of effects and changes."""
     return made(merge(ODD, COMPANIES[company]), *changes)
 
 
 def made(base: Changes, *changes: Changes) -> Scene:
-    """A scene with changes laid over it."""
+    """Return a scene with changes merged into it."""
     for change in changes:
         base = merge(base, change)
     return check_scene(base, "test")

@@ -1,4 +1,4 @@
-"""What workers are asked for in tests."""
+"""Functions that tests call in workers."""
 
 import os
 import signal
@@ -30,7 +30,7 @@ def slow(seconds: float, number: int) -> int:
 
 
 class Lazy(Sequence[int]):
-    """Numbers from 0, and which of them were asked for."""
+    """Sequence of numbers from 0 that records which of them were requested."""
 
     def __init__(self, count: int) -> None:
         self._numbers, self.made = range(count), set[int]()

@@ -1,4 +1,4 @@
-"""Sweeps keep what is done in a folder of the test's own."""
+"""Fixture for tests of sweeps: a separate folder for results."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from ab_sim.analysis import results
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where they keep it."""
+    """Return the folder for results."""
     home = tmp_path / "kept"
     home.mkdir()
     monkeypatch.setattr(results, "results_folder", lambda: home)

@@ -1,4 +1,4 @@
-"""A Dask cluster of processes on this machine, reached over loopback only."""
+"""Dask cluster of processes on this machine, reached over loopback only."""
 
 import os
 import socket
@@ -14,17 +14,17 @@ IDLE = {
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
     "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
 }
-"""Settings that keep a process without work from taking time."""
+"""Settings that keep idle processes from using CPU time."""
 BEGINS = 60.0
-"""s, within which a scheduler listens on a busy machine."""
+"""Time within which a scheduler listens on a busy machine [s]."""
 
 
 class DaskCluster:
-    """A scheduler and workers, each a process of its own; to be used in a ``with``.
+    """Scheduler and workers in separate processes; a context manager.
 
     Args:
-        folder: in which they get one of their own.
-        workers: how many, of one thread each.
+        folder: folder for the cluster's files.
+        workers: number of workers, with one thread each.
         scheduler: settings of Dask's scheduler.
     """
 
@@ -44,7 +44,7 @@ class DaskCluster:
         return f"tcp://127.0.0.1:{self.port}"
 
     def begin(self) -> None:
-        """Start the scheduler, at the same address again if it was ended."""
+        """Start the scheduler, at the same address again after it was killed."""
         self.scheduler = self._started(
             "scheduler", "--port", str(self.port), "--no-show", **self._settings
         )
@@ -54,7 +54,7 @@ class DaskCluster:
             time.sleep(0.05)
 
     def add_worker(self, *options: str, **environment: str) -> None:
-        """Without a nanny, which would start it again when it is killed."""
+        """Start a worker without a nanny, which would restart the worker after it is killed."""
         own = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder))
         self.workers.append(self._started("worker", self.address, *own, *options, **environment))
 

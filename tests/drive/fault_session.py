@@ -1,4 +1,4 @@
-"""A drive that faults come to and leave."""
+"""Drive whose faults are injected and removed during a run."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ab_sim.scene import Scene
 
 
 class FaultSession:
-    """A drive that faults come to and leave, as on the bench, without ROS."""
+    """Drive whose faults are injected and removed as on a test bench, without ROS."""
 
     def __init__(self, scene: Scene, *texts: str) -> None:
         self.drive = Drive(scene, commanded=True, faults=faults_of(texts))
@@ -28,11 +28,11 @@ class FaultSession:
         return self.drive.observe()
 
     def heard(self) -> Trajectory:
-        """The present, as sensors have it."""
+        """Return the present sample as sensors report it."""
         return self.commanded.faults.readings(self.drive.present()).present
 
     def inject(self, *texts: str) -> Observation:
-        """These, instead of those that are in force; the drive right afterwards."""
+        """Replace the present faults, and return the drive's observation right afterwards."""
         other = Drive(self.drive.scene, commanded=True, faults=faults_of(texts))
         faults = transfer_faults(self.drive, other, self.commanded.faults)
         self.drive, self.commanded = other, CommandedDrive(other, self.path, None, faults)
@@ -46,6 +46,6 @@ def spun(scene: Scene, speed: float = 150.0, steps: int = 2500) -> FaultSession:
 
 
 def places(now: Observation) -> np.ndarray:
-    """Where anybody sees things."""
+    """Return the positions of deck and balls in the inertial frame."""
     balls = np.exp(1j * (now.psi + now.theta))
     return np.concatenate([now.position, balls.real, balls.imag])

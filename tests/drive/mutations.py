@@ -1,4 +1,4 @@
-"""JSON-able values with one of them changed, at random."""
+"""JSON-able values with one random change."""
 
 import copy
 import math
@@ -14,7 +14,7 @@ VALUES: list[Any] = [
 
 
 def places(value: Any) -> Iterator[tuple[Any, Any]]:
-    """Every container within a value, and each of its keys."""
+    """Yield each container within a value, with each of its keys."""
     for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
         yield value, key
         if isinstance(inner, dict | list):
@@ -22,7 +22,7 @@ def places(value: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def changed(run: dict[str, Any], rng: random.Random) -> tuple[dict[str, Any], str]:
-    """A copy with one value replaced, scaled or removed, and words on that."""
+    """Return a copy with one value replaced, scaled or removed, and a description of the change."""
     copied = copy.deepcopy(run)
     container, key = rng.choice(list(places(copied)))
     before, chance = container[key], rng.random()

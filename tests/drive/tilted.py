@@ -1,4 +1,4 @@
-"""Changes to the scene `feeding-deck`, for tests of how a deck is turned."""
+"""Changes of the scene `feeding-deck` for tests of the deck's orientation."""
 
 TILTED = [
     "rotor.height=0.004",
@@ -7,4 +7,4 @@ TILTED = [
     "start.deck.tilt=[0.1, -0.2, 0.3]",
     "solver.step=0.0001",
 ]
-"""Disc and balls above and below the mounts; the deck starts far from level."""
+"""Disc and balls above and below the mounts, and a deck that starts far from level."""

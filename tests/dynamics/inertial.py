@@ -1,6 +1,6 @@
-"""The thesis' equations (2-9)..(2-11) as printed, in the inertial frame: an independent model.
+"""Equations (2-9)..(2-11) of the thesis as printed, in the inertial frame: an independent model.
 
-A dense linear system for x'', y'', psi_i'' at a given state; nothing of the package is used.
+A dense linear system for x'', y'', psi_i'' at a given state; it uses nothing of the package.
 """
 
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Thesis(NamedTuple):
-    """Symbols as in the thesis; ``spin`` and ``friction`` switch I and beta_b off."""
+    """Parameters with the symbols of the thesis [SI]; ``spin`` = False omits the balls' spin."""
 
     M: float
     k: float
@@ -33,12 +33,12 @@ def accelerations(
     rates: np.ndarray,
     rubbing: np.ndarray,
 ) -> np.ndarray:
-    """x'', y'', psi_1'', ... from (2-9)..(2-11).
+    """Return x'', y'', psi_1'', ... from (2-9)..(2-11).
 
     Args:
-        deck: x, y, x', y'.
-        angles, rates: psi_i, psi_i' (absolute).
-        rubbing: which balls' normal force is positive, so that they feel friction.
+        deck: x, y [m], x', y' [m/s].
+        angles, rates: psi_i [rad], psi_i' [rad/s] (absolute).
+        rubbing: mask of the balls whose normal force is positive, so that friction acts on them.
     """
     n = len(angles)
     inertia = 0.4 * p.m * p.a**2 if p.spin else 0.0

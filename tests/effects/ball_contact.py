@@ -1,4 +1,4 @@
-"""Balls that meet part again, or stay together; momentum is passed on."""
+"""Contact of balls: they separate or stay together after an impact, and momentum is conserved."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ class BallContact(FiveParts):
     loss_known = 0.03
 
     def strength(self, run: Run) -> float:
-        """Impacts, and whether they keep the balls apart."""
+        """Return the number of events after checking that impacts keep the balls apart."""
         room = 2 * np.arcsin(run.scene.balls.radii[0] / 0.01)
         angles = run.trajectory.ball_angles
         gaps = (angles[:, 0] - angles[:, 1]) % (2 * np.pi)
@@ -41,14 +41,17 @@ class BallContact(FiveParts):
         return float(run.drive.events)
 
     def activity(self) -> None:
-        """Impacts that bounce; and, with no restitution, balls that stay together."""
+        """Check that balls bounce, and that they stay together with a restitution of 0."""
         self.watch(bouncing(0.7))
         seen = self.watch(bouncing(0.0))
         joined = seen.discrete_state[:, :2, JOINED].any(axis=1)
         assert joined.any() and not joined.all()
 
     def direction(self) -> None:
-        """They part at the restitution times the approach; a heavy deck leaves momentum alone."""
+        """Check that balls part at the restitution times the approach speed and conserve momentum.
+
+        A heavy deck keeps the balls' momentum unchanged.
+        """
         for restitution in (0.0, 0.4, 1.0):
             drive = run(scene_of("contact", ALONE, bouncing(restitution)), 1).drive
             kept = drive.snapshot()
@@ -61,7 +64,7 @@ class BallContact(FiveParts):
         self.watch()
 
     def power(self) -> None:
-        """An impact takes (1 - e^2) of the approach's energy; elastic ones take none."""
+        """Check that an impact takes (1 - e^2) of the approach's energy, and none if elastic."""
         super().power()
         elastic = self.watch({"effects": {"viscous_drag": {"coefficient": 0.0}}}, bouncing(1.0))
         damped = elastic.integral(
@@ -71,7 +74,7 @@ class BallContact(FiveParts):
         assert elastic.energies[-1].dissipated == pytest.approx(damped, rel=0.01)
 
     def loss(self, run: Run) -> float:
-        """From the jumps of the speeds, as if the deck, fifty times as heavy, did not give way."""
+        """Return the loss [J] from the jumps of the ball rates, as if the deck did not move."""
         rates = np.vstack([run.states[:1, run.drive.layout.rates], run.trajectory.ball_rates])
         parting = np.diff(rates, axis=1)[:, 0]
         hits = np.flatnonzero(np.abs(np.diff(parting)) > 0.2 * np.abs(parting).max())
@@ -82,7 +85,7 @@ class BallContact(FiveParts):
         return float(lost)
 
     def limit(self) -> None:
-        """Small equal balls that bounce elastically swap their ways: as if they passed through."""
+        """Check that small equal elastic balls exchange their motion, as if they passed through."""
         gaps = []
         for radius in (1e-5, 1e-6):
             small: Changes = {"balls": {"radius": radius}, **MEETING}

@@ -1,4 +1,4 @@
-"""A ball that rolls is slower to move along the race, and is spun up by the spindle."""
+"""Spin of rolling balls: more inertia along the race, and spin-up by the spindle."""
 
 import numpy as np
 import pytest
@@ -15,18 +15,18 @@ class BallSpin(FiveParts):
     least = 1e-3
 
     def strength(self, run: Run) -> float:
-        """Rolling inertia times path acceleration, over a ball's centrifugal force."""
+        """Return rolling inertia times path acceleration over a ball's centrifugal force."""
         path = 0.01 * np.diff(run.trajectory.ball_rates, axis=0) / run.drive.step
         return float(0.4e-3 * np.abs(path).max() / (1e-3 * 0.01 * 1e4))
 
     def direction(self) -> None:
-        """Less is left behind by an accelerating spindle: 24/35 of what a sliding ball is."""
+        """Check that a run-up leaves a rolling ball behind 24/35 as fast as a sliding one."""
         lag = self.slope(OPPOSED).less(self.slope(OPPOSED, {"profile": None}))
         assert lag.rates == pytest.approx(-40.0 * (0.01 - 0.4e-3) / (1.4 * 0.01), rel=1e-3)
         self.watch()
 
     def limit(self) -> None:
-        """No parameter of its own; the lighter the balls, the less the drag leaves to spin."""
+        """Check that lighter balls spin less under drag; the effect has no parameter."""
         gaps = []
         for mass, step in ((2e-4, 1e-4), (2e-5, 1e-5)):
             light = {"balls": {"mass": mass}, "solver": {"step": step}}

@@ -1,4 +1,4 @@
-"""What both kinds of friction share: only the coefficient is told differently."""
+"""Common parts of both kinds of friction, which differ only in their coefficient."""
 
 from typing import Any
 
@@ -21,22 +21,22 @@ class FrictionParts(FiveParts):
     least = 0.5
 
     def law(self, coefficient: float) -> Changes:
-        """Changes that give this coefficient of friction."""
+        """Return the changes that give a coefficient of friction."""
         raise NotImplementedError
 
     def strength(self, run: Run) -> float:
-        """Share of the time in which balls slide, if each of them slides at times; else 0."""
+        """Return the fraction of time in which balls slide; 0 unless each ball slides at times."""
         pressed = run.discrete_state[:, :-1, LOADED] == 1
         slides = pressed & (run.discrete_state[:, :-1, DIRECTION] != 0)
         rubs = self.coefficient(run) > 0 and run.drive.events > 0
         return float(slides.mean()) if rubs and slides.any(axis=0).all() else 0.0
 
     def coefficient(self, run: Run) -> float:
-        """f."""
+        """Return the friction coefficient f of a run."""
         raise NotImplementedError
 
     def direction(self) -> None:
-        """Against the motion, f times the normal force; at rest it holds, as far as it can."""
+        """Check that friction is f N against the motion, and holds balls at rest up to that."""
         idle = self.law(0.0)["effects"]
         for rate in (3.0, -3.0):
             added = self.adds(idle, OPPOSED, self.law(0.05), rates=[rate, rate])
@@ -49,7 +49,7 @@ class FrictionParts(FiveParts):
         assert slips.rates[0] < -100.0 and slips.rates[1] > 100.0
 
     def activity(self) -> None:
-        """Balls slide both ways, and friction holds them at times."""
+        """Check that balls slide both ways and are held at times."""
         self.watch()
         seen = self.watch(self.law(0.2), {"effects": {"gravity": {"tilt": 1.2}}}, least=0.05)
         stuck = (seen.discrete_state[:, :2, DIRECTION] == 0) & (

@@ -1,4 +1,4 @@
-"""Everything falls, and the suspension holds the deck."""
+"""Gravity: balls and deck are pulled down, and the suspension holds the deck."""
 
 import numpy as np
 import pytest
@@ -19,11 +19,11 @@ class Gravity(FiveParts):
     dissipates = False
 
     def strength(self, run: Run) -> float:
-        """Over a ball's centrifugal acceleration."""
+        """Return gravity across the shaft relative to a ball's centrifugal acceleration."""
         return float(np.hypot(*run.effect("gravity").gravity()) / (0.01 * 1e4))
 
     def direction(self) -> None:
-        """On edge, down is -y: balls at the sides roll down; the drive hangs, and stays there."""
+        """Check that on edge balls roll down or stay at the bottom, and flat nothing moves."""
         on_edge = {"gravity": {"tilt": np.pi / 2, "direction": -np.pi / 2}}
         added = self.adds(IDLE, DOWN, {"effects": on_edge})
         assert added.rates[0] == pytest.approx(-9.80665 / 0.014, rel=0.03)
@@ -36,7 +36,7 @@ class Gravity(FiveParts):
         assert not flat.angles.any() and not flat.rates.any(), "lying flat, nothing falls"
 
     def rotation(self) -> None:
-        """With where down is; turned alone, the drive moves differently."""
+        """Check rotation together with the direction of gravity; without it the motion differs."""
         super().rotation()
         one, other = self.watch(), self.watch({"start": {"angle": 0.7}})
         balls = one.trajectory.ball_angles - other.trajectory.ball_angles

@@ -1,4 +1,4 @@
-"""The cubic spring pulls back the harder the further."""
+"""Hardening suspension: the cubic spring's force grows faster than the displacement."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ class HardeningSuspension(FiveParts):
     dissipates = False
 
     def strength(self, run: Run) -> float:
-        """Over the linear spring."""
+        """Return the cubic force relative to that of the linear spring, at the largest whirl."""
         cubic = run.effect("hardening_suspension").cubic_stiffness
         return float(cubic * run.trajectory.whirl.max() ** 2 / 1000.0)
 

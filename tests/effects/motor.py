@@ -1,4 +1,4 @@
-"""A motor drives the spindle towards the command, as hard as it can."""
+"""Motor: it accelerates the spindle towards the command, up to its torque limit."""
 
 import numpy as np
 import pytest
@@ -20,12 +20,12 @@ class Motor(FiveParts):
     least = 5e-3
 
     def strength(self, run: Run) -> float:
-        """How far the speed is from the one commanded, relative."""
+        """Return the largest relative difference of the speed from the command."""
         out = run.trajectory
         return float(np.abs(out["speed"] / out["command"] - 1.0).max())
 
     def activity(self) -> None:
-        """The speed lags; a weak motor gives all it can and falls further behind."""
+        """Check that the speed lags, and that a weak motor reaches its limit and lags more."""
         self.watch()
         weak = self.watch({"effects": {"motor": {"torque_limit": 8e-4}}})
         assert weak.discrete_state[:, 2, 0].max() == 1 and weak.drive.events > 0
@@ -37,7 +37,7 @@ class Motor(FiveParts):
         assert not self.watch(off, least=0.0).trajectory["motor_torque"].any()
 
     def direction(self) -> None:
-        """Towards the command, no harder than the limit, and less the back-EMF."""
+        """Check that the torque points to the command, is limited and is reduced by back-EMF."""
         for behind in (4.0, -4.0, 40.0, -40.0):
             speed = 50.0 - behind
             asked = np.clip(1e-3 * behind, -1e-2, 1e-2) - 1e-6 * speed
@@ -46,7 +46,7 @@ class Motor(FiveParts):
         self.watch()
 
     def power(self) -> None:
-        """What it puts in is torque times speed, and is stored if nothing is lost."""
+        """Check that the motor's work is torque times speed and is stored if nothing dissipates."""
         super().power()
         seen = self.watch({"effects": NO_LOSSES["motor"]})
         closes(seen)
@@ -55,7 +55,7 @@ class Motor(FiveParts):
         assert seen.energies[-1].motor_work == pytest.approx(work, rel=0.01)
 
     def limit(self) -> None:
-        """The stiffer its loop, the closer to a speed that is prescribed."""
+        """Check that a stiffer loop approaches a prescribed speed."""
 
         def stiff(size: float) -> Changes:
             gain = {"proportional_gain": 0.1 / size, "integral_gain": 0.0, "torque_limit": 1e3}

@@ -1,8 +1,8 @@
-"""What every effect has to show, in five parts, and the scenes in which it does.
+"""Five checks of each effect, and the scenes in which it acts.
 
-A file here, named as the effect is, makes ``PARTS``, an instance of a subclass of ``FiveParts``.
-Whatever is asserted is asserted of runs that ``watch`` made, and ``watch`` asserts that the effect
-was active in them.
+A file in this folder, named after an effect, defines ``PARTS``, an instance of a subclass of
+``FiveParts``. All assertions are about runs of ``watch``, which asserts that the effect is active
+in them.
 """
 
 import importlib
@@ -50,9 +50,9 @@ COMPANIES: dict[str, Changes] = {
     "motor": _MOTOR,
     "all": {**_SMOOTH, **_FRICTION, **_CONTACT, **_MOTOR},
 }
-"""Sets of effects beside the thesis', at parameters at which most do nothing.
+"""Sets of effects in addition to those of the thesis; most have no influence at these values.
 
-Every set of effects is compiled for itself, which takes long: so these few serve all tests.
+Each set of effects needs a long compilation, so that these few sets serve all tests.
 """
 NO_LOSSES: Changes = {
     "thesis": {"suspension": {"damping": 0.0}, "viscous_drag": {"coefficient": 0.0}},
@@ -63,17 +63,17 @@ NO_LOSSES: Changes = {
 }
 NO_LOSSES |= {name: NO_LOSSES["thesis"] for name in ("friction", "contact", "motor")}
 NO_LOSSES["all"] = NO_LOSSES["smooth"]
-"""By company: what keeps the thesis' effects from dissipating."""
+"""Changes that keep the effects of each company from dissipating."""
 
 CRITICAL: Changes = {
     "start": {"speed": 90.0, "ball_angles": [0.3, -0.9]},
     "profile": {"kind": "start_up", "acceleration": 40.0, "target_speed": 400.0},
 }
-"""Through the critical speed, 100 rad/s, within a quarter of a second: all that moves, moves."""
+"""Passage of the critical speed, 100 rad/s, within 0.25 s, so that everything moves."""
 
 
 def scene_of(company: str, *changes: Changes) -> Scene:
-    """The thesis' drive near its critical speed in a company, with changes laid over it."""
+    """Return the thesis' drive near its critical speed with a company's effects and changes."""
     made = merge(merge(THESIS, CRITICAL), {"effects": COMPANIES[company]})
     for change in changes:
         made = merge(made, change)
@@ -82,7 +82,7 @@ def scene_of(company: str, *changes: Changes) -> Scene:
 
 @dataclass(frozen=True)
 class Run:
-    """A run, with what it was at twenty instants; the first is the start."""
+    """Run with its states and energies at twenty instants, the first at the start."""
 
     drive: Drive
     trajectory: Trajectory
@@ -102,12 +102,12 @@ class Run:
         return self.trajectory["time"]
 
     def integral(self, rate: np.ndarray) -> float:
-        """Of a channel that is zero at the start."""
+        """Return the integral over time of a channel that is zero at the start."""
         return float(np.trapezoid(np.append(0.0, rate), dx=self.drive.step))
 
 
 def run(scene: Scene, steps: int, energy_balance: bool = True) -> Run:
-    """Run a scene."""
+    """Run a scene and keep states and energies at twenty instants."""
     drive = Drive(scene, energy_balance=energy_balance)
     kept, parts = [drive.snapshot()], []
     energies = [drive.energy()] if energy_balance else []
@@ -126,7 +126,7 @@ def run(scene: Scene, steps: int, energy_balance: bool = True) -> Run:
 
 
 class Slope(NamedTuple):
-    """Time derivative of a state, by what it is of; see ``Layout``."""
+    """Time derivative of a state by its parts; see ``Layout``."""
 
     deck: np.ndarray
     angles: np.ndarray
@@ -134,16 +134,16 @@ class Slope(NamedTuple):
     spindle: np.ndarray
 
     def less(self, other: "Slope") -> "Slope":
-        """What it is beyond another one."""
+        """Return the difference from another slope."""
         return Slope(*(here - there for here, there in zip(self, other, strict=True)))
 
 
 def slope(scene: Scene, **where: Sequence[float]) -> Slope:
-    """Time derivative of the state, over a tenth of a microsecond.
+    """Return the time derivative of the state, from a step of 0.1 us.
 
     Args:
-        scene: its start is where this is, but for what follows.
-        where: parts of the state that are something else, by their names in ``Slope``.
+        scene: scene whose start is the state.
+        where: other values for parts of the state, by their names in ``Slope``.
     """
     drive = Drive(scene, energy_balance=True)
     drive.step = 1e-7
@@ -159,43 +159,43 @@ def slope(scene: Scene, **where: Sequence[float]) -> Slope:
 
 
 def apart(one: Trajectory, other: Trajectory) -> float:
-    """How far two runs are from each other: deck by the race's 10 mm, balls in radians."""
+    """Return the largest difference of two runs: deck over the race's 10 mm, balls in radians."""
     deck = [one[axis] - other[axis] for axis in ("x", "y")]
     balls = one.ball_angles - other.ball_angles
     return float(max(np.abs(deck).max() / 0.01, np.abs(balls).max(initial=0.0)))
 
 
 def missing(part: Callable[..., None]) -> Callable[..., None]:
-    """Mark a part that a specification has to bring along."""
+    """Mark a check that each specification must define."""
     part.missing = True  # type: ignore[attr-defined]
     return part
 
 
 class FiveParts:
-    """What an effect shows. A file's subclass says how; rotation and power have a usual way."""
+    """Checks of an effect, defined by subclasses; rotation and power have defaults."""
 
     name: ClassVar[str]
     company: ClassVar[str]
     changes: ClassVar[Changes] = {}
-    """The scene in which it acts."""
+    """Changes to the scene in which the effect acts."""
     steps: ClassVar[int] = 500
     least: ClassVar[float] = 0.01
-    """How strong it has to be to count as active."""
+    """Strength above which the effect counts as active."""
     dissipates: ClassVar[bool]
     loss_known: ClassVar[float] = 0.01
-    """How well ``loss`` knows it, relative."""
+    """Relative error of ``loss``."""
     rounding: ClassVar[float] = 1e-9
-    """What of ``apart`` is rounding, grown with the motion."""
+    """Largest value of ``apart`` that rounding causes, amplified by the motion."""
 
     def __init__(self) -> None:
         self.witnessed = 0
 
     def strength(self, run: Run) -> float:
-        """How active it was in a run, as a share of what it is compared with."""
+        """Return the strength of the effect in a run, relative to a quantity of comparison."""
         raise NotImplementedError
 
     def watch(self, *changes: Changes, least: float | None = None, steps: int = 0) -> Run:
-        """A run in which the effect is asserted to be active."""
+        """Run a scene and assert that the effect is active in it."""
         seen = run(scene_of(self.company, self.changes, *changes), steps or self.steps)
         strength = self.strength(seen)
         assert strength > (self.least if least is None else least), f"{self.name} was not active"
@@ -203,11 +203,11 @@ class FiveParts:
         return seen
 
     def slope(self, *changes: Changes, **where: Sequence[float]) -> Slope:
-        """``slope`` in the effect's company."""
+        """Return ``slope`` with the effects of the effect's company."""
         return slope(scene_of(self.company, self.changes, *changes), **where)
 
     def adds(self, idle: Changes, *changes: Changes, **where: Sequence[float]) -> Slope:
-        """What the effect adds to the slope: asserted to be something."""
+        """Return the effect's contribution to the slope, and assert that it is not zero."""
         without = self.slope(*changes, {"effects": idle}, **where)
         added = self.slope(*changes, **where).less(without)
         bodies = np.concatenate([added.deck, added.angles, added.rates])
@@ -216,15 +216,15 @@ class FiveParts:
         return added
 
     def activity(self) -> None:
-        """It was active in the window."""
+        """Check that the effect is active."""
         self.watch()
 
     @missing
     def direction(self) -> None:
-        """Its force points the right way."""
+        """Check the direction of the effect's force."""
 
     def rotation(self) -> None:
-        """Turn the whole scene: the motion turns with it and is otherwise the same."""
+        """Check that turning the whole scene turns the motion and changes nothing else."""
         alpha = 0.7
         one = self.watch()
         other = self.watch(turned_by(alpha, one.scene))
@@ -236,7 +236,7 @@ class FiveParts:
         assert np.abs(after.ball_angles - before.ball_angles).max(initial=0.0) < self.rounding
 
     def power(self) -> None:
-        """Nothing else dissipates: the balance closes, and it dissipates or does not."""
+        """Check that the energy balance closes, and that the effect dissipates as stated."""
         seen = self.watch({"effects": NO_LOSSES[self.company]}, *self.alone())
         closes(seen)
         dissipated = np.array([energy.dissipated for energy in seen.energies])
@@ -248,16 +248,16 @@ class FiveParts:
         assert dissipated[-1] == pytest.approx(self.loss(seen), rel=self.loss_known)
 
     def alone(self) -> tuple[Changes, ...]:
-        """What makes the effect the only one that dissipates, beyond NO_LOSSES."""
+        """Return changes that make the effect the only one that dissipates, after NO_LOSSES."""
         return ()
 
     def loss(self, run: Run) -> float:
-        """What it dissipated [J], from the samples and its law."""
+        """Return the energy that the effect dissipated [J], from the samples and its law."""
         raise NotImplementedError
 
     @missing
     def limit(self) -> None:
-        """Parameters that vanish leave the model without it."""
+        """Check that the model with vanishing parameters approaches that without the effect."""
 
     def vanishes(
         self,
@@ -269,16 +269,16 @@ class FiveParts:
         within: float = 0.1,
         steps: int = 0,
     ) -> None:
-        """The run at size 1, and at ``to``, differs from that without, in proportion to the size.
+        """Check that the difference from a run without the effect is proportional to its size.
 
         Args:
-            with_size: the scene's changes for a size.
-            changes: in the run without the effect, too.
-            without: effects that the other run has not (None) or has instead.
-            company: in which the other run is made.
-            to: the second size.
-            within: how close to proportion, relative.
-            steps: how many, if not as many as always.
+            with_size: function from a size to changes of the scene.
+            changes: changes of both runs.
+            without: effects that the other run lacks (None) or has instead.
+            company: company of the other run.
+            to: second size; the first one is 1.
+            within: relative tolerance of the proportionality.
+            steps: number of steps; 0 for the usual number.
         """
         energy_balance = all(value is not None for value in without.values())
         scene = scene_of(company, *changes, {"effects": without})
@@ -292,14 +292,14 @@ class FiveParts:
 
 
 def closes(run: Run, within: float = 1e-10) -> None:
-    """Stored = at start + motor work - dissipated, at each instant looked at."""
+    """Assert stored = at start + motor work - dissipated at each stored instant."""
     moved = max(abs(e.stored - e.at_start) + abs(e.motor_work) for e in run.energies)
     for e in run.energies:
         assert abs(e.stored - e.at_start - e.motor_work + e.dissipated) < within * moved
 
 
 def turned_by(alpha: float, scene: Scene) -> Changes:
-    """Changes that turn a scene, with all in it that has a direction in space."""
+    """Return changes that turn a scene, with all directions in space."""
     effects: Changes = {}
     for name, key in (("gravity", "direction"), ("unequal_suspension", "axis_angle")):
         if name in scene.effects:
@@ -311,10 +311,10 @@ PART_NAMES = ("activity", "direction", "rotation", "power", "limit")
 
 
 def parts_of(name: str) -> FiveParts:
-    """The specification of an effect.
+    """Return the specification of an effect.
 
     Raises:
-        ModuleNotFoundError: there is none.
+        ModuleNotFoundError: the effect has no specification.
     """
     found: FiveParts = importlib.import_module(f"tests.effects.{name}").PARTS
     found.witnessed = 0
@@ -322,7 +322,7 @@ def parts_of(name: str) -> FiveParts:
 
 
 def lacking(names: Iterable[str], find: Callable[[str], Any] = parts_of) -> list[str]:
-    """What the effects of these names lack of their five parts, in words."""
+    """Return the missing checks of effects, as texts."""
     found = []
     for name in names:
         try:

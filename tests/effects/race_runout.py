@@ -1,4 +1,4 @@
-"""On a race that is off the shaft axis, or oval, balls are driven to where it is widest."""
+"""Runout: on a race that is off the shaft axis, or oval, balls move to its widest place."""
 
 import numpy as np
 import pytest
@@ -24,12 +24,12 @@ class RaceRunout(FiveParts):
     dissipates = False
 
     def strength(self, run: Run) -> float:
-        """Change of the ball's distance from the shaft, over the eccentricity."""
+        """Return the change of a ball's distance from the shaft, relative to the eccentricity."""
         law = run.effect("race_runout")
         return float((np.hypot(law.offset_1, law.offset_2) + law.lobe) / 1e-4)
 
     def direction(self) -> None:
-        """Outwards: towards the offset; to both widest places of an oval."""
+        """Check that balls move outwards: to the offset, or to both ends of an oval."""
         offset = {"race_runout": {"offset_1": 1e-4, "offset_2": 0.0, "lobe": 0.0}}
         added = self.adds(ROUND, QUIET, {"effects": offset})
         pull = 1e-4 * 1e4 / (1.4 * 0.01)

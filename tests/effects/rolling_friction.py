@@ -1,4 +1,4 @@
-"""Friction of rolling balls: the arm over the ball's radius times the normal force."""
+"""Friction of rolling balls: the normal force times the arm over the ball's radius."""
 
 from tests.effects.friction_parts import FrictionParts, effect
 from tests.effects.parts import Changes, Run

@@ -1,4 +1,4 @@
-"""A spindle that runs up leaves the balls behind, and presses on the unbalance."""
+"""Spindle acceleration: balls are left behind, and the unbalance is pressed back."""
 
 import numpy as np
 import pytest
@@ -14,18 +14,18 @@ class SpindleAcceleration(FiveParts):
     dissipates = False
 
     def strength(self, run: Run) -> float:
-        """Over the thesis' acceleration."""
+        """Return the acceleration relative to that of the thesis."""
         return float(np.ptp(run.trajectory["speed"]) / run.time[-1] / 40.0)
 
     def direction(self) -> None:
-        """Balls fall behind, those opposite each other alike; the unbalance is pressed back."""
+        """Check that opposite balls fall behind alike, and that the unbalance is pressed back."""
         added = self.slope(OPPOSED).less(self.slope(OPPOSED, {"profile": None}))
         assert added.deck[3] == pytest.approx(-0.098e-4 * 40.0 / 0.1, rel=0.05)
         assert added.rates == pytest.approx(-40.0 * (0.01 - 0.4e-3) / (1.4 * 0.01), rel=0.02)
         self.watch()
 
     def power(self) -> None:
-        """Nothing is lost, and of balls that stay put on the race the work is known."""
+        """Check that nothing dissipates, and the work for balls at opposite places."""
         super().power()
         balanced = {"rotor": {"eccentricity": 0.0}}
         seen = self.watch(OPPOSED, balanced, {"effects": NO_LOSSES["thesis"]}, steps=100)
@@ -38,7 +38,7 @@ class SpindleAcceleration(FiveParts):
         assert energy.stored == pytest.approx(kinetic, rel=1e-9)
 
     def limit(self) -> None:
-        """The slower the run-up, the less is missed by the model that does not feel it."""
+        """Check that the model without this effect misses less in a slower run-up."""
         gaps = []
         for slope in (1.0, 0.1):
             slow: Changes = {"profile": {"acceleration": slope, "kind": "start_up"}}

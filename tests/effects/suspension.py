@@ -1,4 +1,4 @@
-"""The spring pulls back, the damper brakes; without either the deck is free."""
+"""Suspension: the spring pulls back and the damper brakes; without both the deck is free."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ class Suspension(FiveParts):
     dissipates = True
 
     def strength(self, run: Run) -> float:
-        """The spring over the unbalance's force; the damper shows by what it dissipates."""
+        """Return the spring force relative to the unbalance's force; ``loss`` shows the damper."""
         spring = run.effect("suspension").stiffness * run.trajectory.whirl.max()
         return float(spring / (0.098 * 1e-4 * 1e4))
 
@@ -25,7 +25,7 @@ class Suspension(FiveParts):
             np.testing.assert_allclose(added.deck[2:], force / 0.1, rtol=1e-4, atol=1e-3)
 
     def power(self) -> None:
-        """The damper dissipates; the spring, on its own, conserves."""
+        """Check that the damper dissipates and that the spring alone conserves energy."""
         super().power()
         spring = self.watch({"effects": NO_LOSSES["thesis"]})
         closes(spring)

@@ -1,4 +1,4 @@
-"""Springs and dampers along two axes fixed in space."""
+"""Unequal suspension: springs and dampers along two axes fixed in space."""
 
 import numpy as np
 
@@ -16,14 +16,14 @@ class UnequalSuspension(FiveParts):
     dissipates = True
 
     def strength(self, run: Run) -> float:
-        """What the second spring adds over the first."""
+        """Return the force that the second spring adds, over the unbalance's force."""
         law, out = run.effect("unequal_suspension"), run.trajectory
         across = np.cos(law.axis_angle) * out["y"] - np.sin(law.axis_angle) * out["x"]
         added = abs(law.stiffness_2 - law.stiffness_1) * np.abs(across).max()
         return float(added / (0.098 * 1e-4 * 1e4))
 
     def direction(self) -> None:
-        """Along an axis, straight back; between them, towards neither."""
+        """Check that the force points straight back along an axis, but not between the axes."""
         first = np.array([np.cos(0.4), np.sin(0.4)])
         second = np.array([-np.sin(0.4), np.cos(0.4)])
         idle = {"unequal_suspension": NOTHING}
@@ -34,7 +34,7 @@ class UnequalSuspension(FiveParts):
             np.testing.assert_allclose(added.deck[2:], force / 0.1, rtol=1e-3)
 
     def rotation(self) -> None:
-        """With its axes; turned alone, the drive moves differently."""
+        """Check rotation together with the axes; without them the motion differs."""
         super().rotation()
         one, other = self.watch(), self.watch({"start": {"angle": 0.7}})
         balls = one.trajectory.ball_angles - other.trajectory.ball_angles
@@ -50,7 +50,7 @@ class UnequalSuspension(FiveParts):
         return run.integral(0.2 * v1**2 + 0.5 * v2**2)
 
     def limit(self) -> None:
-        """Axes that become alike are the effect suspension."""
+        """Check that equal axes approach the effect suspension."""
 
         def nearly(size: float) -> Changes:
             more = {"stiffness_2": 1000.0 + size, "damping_2": 0.2 + 1e-3 * size}

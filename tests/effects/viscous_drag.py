@@ -1,4 +1,4 @@
-"""Drag brakes the balls on the race."""
+"""Viscous drag: it brakes the balls on the race."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ class ViscousDrag(FiveParts):
     dissipates = True
 
     def strength(self, run: Run) -> float:
-        """Over a ball's centrifugal force."""
+        """Return the largest drag relative to a ball's centrifugal force."""
         drag = run.effect("viscous_drag").coefficient * 0.01 * np.abs(run.trajectory.ball_rates)
         return float(drag.max() / (1e-3 * 0.01 * 1e4))
 

@@ -1,1 +1,1 @@
-"""Events in ordinary Python: the same functions that are translated, on emitted equations."""
+"""Tests of events in plain Python: the functions that are compiled, with emitted equations."""

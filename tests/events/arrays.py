@@ -1,4 +1,4 @@
-"""Balls of no scene: arrays that a test fills in."""
+"""Balls without a scene: arrays that a test fills in."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from ab_sim.model.dynamics.system import MOBILITY, ORDER, ROLLING_MASS
 
 
 def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:
-    """``n`` balls with inertia 1 in order, on a deck with ``size`` accelerations; all zeros."""
+    """Return ``n`` balls with inertia 1, in order, on a deck of ``size`` accelerations."""
     constants, contacts = np.zeros((n, 10)), np.zeros((n, 2))
     constants[:, [ROLLING_MASS, MOBILITY]] = 1.0
     contacts[:, ORDER] = np.arange(n)

@@ -1,4 +1,4 @@
-"""Four balls of a drive in the plane at any instant, for the package and for the reference."""
+"""Random instants of a planar drive with four balls, for the package and for the reference."""
 
 import math
 from typing import Any, NamedTuple
@@ -25,7 +25,7 @@ from tests.reference.of_scene import params_of
 
 N = 4
 PHASE, ASKED, SLOPE = 0.7, 90.0, 30.0
-"""Of the spindle: angle [rad], commanded speed [rad/s] and acceleration [rad/s^2]."""
+"""Spindle angle [rad], commanded speed [rad/s] and acceleration [rad/s^2]."""
 OVAL: dict[str, Any] = {
     "gravity": {"tilt": 1.2, "direction": 0.7},
     "hardening_suspension": {"cubic_stiffness": 1e8},
@@ -63,18 +63,18 @@ COMPANIES: dict[str, dict[str, Any]] = {
     "round, friction, contact": {**RUBBING, **TOUCHING, "viscous_drag": None},
     "oval, contact, motor": {**OVAL, **TOUCHING, **DRIVEN},
 }
-"""Effects beside the thesis'."""
+"""Sets of effects in addition to those of the thesis."""
 
 
 def scene_with(effects: dict[str, Any], angles: list[float] | None = None) -> Scene:
-    """The thesis' drive with four unequal balls."""
+    """Return the thesis' drive with four unequal balls."""
     balls = {"count": N, "mass": [1e-3, 6e-4, 1.4e-3, 8e-4], "radius": [1e-3, 8e-4, 1.2e-3, 9e-4]}
     changes = {"balls": balls, "effects": effects, "start": {"ball_angles": angles}}
     return check_scene(merge(THESIS, changes), "test")
 
 
 class Instant(NamedTuple):
-    """A state, what holds at it, and room to work in; the reference's model and coordinates."""
+    """State with its mode and workspace, and with the reference's model."""
 
     run: Run
     system: System
@@ -82,7 +82,7 @@ class Instant(NamedTuple):
     model: Model
     chain: Chain
     z: float
-    """The speed loop's integral."""
+    """Integral of the speed loop."""
 
     @property
     def state(self) -> np.ndarray:
@@ -94,22 +94,22 @@ class Instant(NamedTuple):
 
     @property
     def order(self) -> np.ndarray:
-        """The ball at each place of the row."""
+        """Return the number of the ball at each place in the row."""
         return self.system.contacts[:, ORDER].astype(int)
 
     @property
     def asked(self) -> Command:
-        """Of the spindle, for the reference."""
+        """Return the command of the spindle for the reference."""
         return Command(PHASE, ASKED, SLOPE)
 
     def evaluate(self) -> np.ndarray:
-        """The slope here; the table holds what goes with it."""
+        """Compute the slope of the state and the table that goes with it; return the slope."""
         put_branches(self.run.balls)
         evaluate(self.run, 0.0, self.state, self.run.work.slope)
         return self.run.work.slope
 
     def coordinates(self) -> tuple[np.ndarray, np.ndarray]:
-        """The reference's q and q' of the state as it is now."""
+        """Return the reference's coordinates q and rates q' of the present state."""
         state, layout, turn = self.state, self.layout, turn_by(PHASE)
         w = state[layout.spindle][1] if layout.spindle.stop > layout.spindle.start else ASKED
         x, v = turn @ state[:2], turn @ state[2:4]
@@ -120,7 +120,7 @@ class Instant(NamedTuple):
         )
 
     def accelerations(self) -> np.ndarray:
-        """The reference's q'' of the slope as it is."""
+        """Return the reference's accelerations q'' from the present slope."""
         slope, state, layout = self.run.work.slope, self.state, self.layout
         w = self.coordinates()[1][2]
         al = slope[layout.spindle][1] if layout.spindle.stop > layout.spindle.start else SLOPE
@@ -134,13 +134,13 @@ def turn_by(angle: float) -> np.ndarray:
 
 
 def instant(random: np.random.Generator, effects: dict[str, Any], together: float = 0.6) -> Instant:
-    """A random one.
+    """Return a random instant.
 
     Args:
-        random: what is drawn.
-        effects: of the scene.
-        together: how likely neighbours touch, as fast as each other; and how likely a ball is at
-            rest on the race, with those that touch it.
+        random: random generator.
+        effects: effects of the scene.
+        together: probability that neighbours touch at equal speeds; half of it is the probability
+            that a ball is at rest on the race, with those that touch it.
     """
     begin = random.uniform(-9.0, 9.0) + np.arange(N) * 2 * np.pi / N
     scene = scene_with(effects, begin.tolist())
@@ -173,7 +173,7 @@ def instant(random: np.random.Generator, effects: dict[str, Any], together: floa
 
 
 def run_at_once(system: System, state: np.ndarray, discrete: np.ndarray) -> Run:
-    """A Run that takes no steps, on a ramp from ``ASKED``."""
+    """Return a Run for evaluations only, on a ramp from ``ASKED``."""
     code = code_of(system, Ramp)
     run = run_of(system, code, 0, 1e-3, state, discrete, np.full(len(state), np.inf))
     run.scene.c[run.place : run.place + 5] = ASKED, SLOPE, PHASE, math.inf, PHASE
@@ -182,7 +182,7 @@ def run_at_once(system: System, state: np.ndarray, discrete: np.ndarray) -> Run:
 
 
 def _next_to(chain: Chain, angles: np.ndarray, k: int) -> float:
-    """Where ball k + 1 touches ball k."""
+    """Return the angle at which ball k + 1 touches ball k."""
     contact = int(np.flatnonzero((chain.behind == k) & (chain.ahead == k + 1))[0])
 
     def gap(angle: float) -> float:

@@ -1,4 +1,4 @@
-"""Balls on a round track of radius 1 that nothing carries: a scene whose motion is known."""
+"""Balls on a fixed round track of radius 1: a scene whose motion is known."""
 
 import math
 from collections.abc import Callable
@@ -41,17 +41,18 @@ def run_on_track(
     spacing: float | None = None,
     restitution: float = 1.0,
 ) -> Run:
-    """A Run whose steps are those of the classical Runge-Kutta method.
+    """Return a Run with steps of the classical Runge-Kutta method.
 
     Args:
-        places: of the balls [rad], in order.
-        speeds: their rates.
-        force: along the track on each, by time and state.
-        mass: of each.
-        friction: coefficient; with a load.
-        load: the track's normal force on each, by time and state; without one there is no friction.
-        spacing: of balls in contact; without one they pass each other.
-        restitution: its coefficient.
+        places: positions of the balls [rad], in order.
+        speeds: rates of the balls [rad/s].
+        force: force on each ball along the track, a function of time and state.
+        mass: mass of each ball.
+        friction: coefficient of friction; used with ``load``.
+        load: normal force of the track on each ball, a function of time and state; None for no
+            friction.
+        spacing: distance of balls in contact [rad]; None lets them pass each other.
+        restitution: coefficient of restitution.
     """
     n = len(places)
     contact = spacing is not None
@@ -97,7 +98,7 @@ def run_on_track(
         out[0] = restitution
 
     def nothing(*_: Any) -> None:
-        """Nothing that carries the balls takes up a jump."""
+        """Ignore the call: the track is fixed, so that no carrier takes up a jump."""
 
     own: Any = (nothing, evaluate, nothing, step, finish, nothing, part, np.zeros(8))
     bounds = np.full(2 * n, 1e6)
@@ -109,10 +110,10 @@ def run_on_track(
 
 
 def passing_points(places: np.ndarray, speeds: np.ndarray, spacing: float, time: float) -> Any:
-    """Where equal balls that bounce without loss are: like points that pass through each other.
+    """Return the motion of equal elastic balls, like points that pass through each other.
 
     Returns:
-        Sets of places and speeds, in the order along the track from the first ball on.
+        Positions and speeds in order along the track from the first ball on, and the free length.
     """
     n = len(places)
     length = 2.0 * math.pi - n * spacing

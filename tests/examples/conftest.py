@@ -1,4 +1,4 @@
-"""Nodes of a test, as in ``tests/nodes``."""
+"""Fixtures for nodes, as in ``tests/nodes``."""
 
 from tests.nodes.conftest import fleet
 

@@ -1,4 +1,4 @@
-"""The firmware prototype, from its folder: it is no package, as it is to be copied."""
+"""Firmware prototype, loaded from its folder, because it is no package but made for copying."""
 
 import ctypes
 import importlib.util
@@ -25,7 +25,7 @@ start_up: Any = _module("start_up")
 
 
 def compiled(folder: Path) -> ctypes.CDLL:
-    """The decisions in C, as a library."""
+    """Compile the decisions in C to a library."""
     library = folder / "start_up.so"
     flags = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC")
     source = FOLDER / "c" / "start_up.c"

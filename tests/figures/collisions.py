@@ -1,4 +1,4 @@
-"""What of a figure's writing covers other writing, or marks."""
+"""Texts of a figure that cover other texts or marks."""
 
 from collections.abc import Iterable, Iterator
 from itertools import combinations
@@ -9,11 +9,11 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 SLACK = 1.0
-"""Pixels by which boxes, which are wider than their ink, may overlap."""
+"""Overlap of text boxes that is allowed [px], because boxes are wider than their ink."""
 
 
 def written(figure: Figure) -> list[tuple[str, Bbox]]:
-    """Every text that is seen, with its box as it is drawn [pixels]."""
+    """Return each visible text with its box as drawn [px]."""
     figure.draw_without_rendering()
     unseen = set(_beyond(figure))
     found = []
@@ -26,7 +26,7 @@ def written(figure: Figure) -> list[tuple[str, Bbox]]:
 
 
 def overlaps(boxes: Iterable[tuple[str, Bbox]]) -> Iterator[tuple[str, str]]:
-    """Pairs that cover each other."""
+    """Yield pairs of texts that cover each other."""
     for (name, one), (other_name, other) in combinations(boxes, 2):
         across = min(one.x1, other.x1) - max(one.x0, other.x0)
         up = min(one.y1, other.y1) - max(one.y0, other.y0)
@@ -35,7 +35,7 @@ def overlaps(boxes: Iterable[tuple[str, Bbox]]) -> Iterator[tuple[str, str]]:
 
 
 def _beyond(figure: Figure) -> Iterator[int]:
-    """Ticks beyond an axis' limits keep their texts, which are not drawn."""
+    """Yield the ids of tick labels beyond the limits of an axis, which are not drawn."""
     for axis in figure.findobj(Axis):
         assert isinstance(axis, Axis)
         low, high = sorted(axis.get_view_interval())

@@ -1,6 +1,6 @@
-"""Processes for tests, forked from one that has imported what they need, and has run a scene.
+"""Processes for tests, forked from a process that has imported the package and run a scene.
 
-There are hundreds, of commands and of nodes, and from nothing each would take a second or two.
+Tests start hundreds of commands and nodes; from scratch each would take a second or two.
 """
 
 import multiprocessing
@@ -11,13 +11,13 @@ from multiprocessing.context import ForkServerProcess
 from typing import Any
 
 WIDTH = {"COLUMNS": "200"}
-"""Of all tables; consoles look at it when they are imported."""
+"""Width of all tables; consoles read it when they are imported."""
 _SERVER = multiprocessing.get_context("forkserver")
 _SERVER.set_forkserver_preload(["tests.forked.warm", "pyarrow.parquet", "scipy.stats", "pandas"])
 
 
 def forked(target: Callable[..., None], *arguments: Any) -> ForkServerProcess:
-    """A process that calls a function; it runs."""
+    """Start a forked process that calls a function."""
     before = dict(os.environ)
     os.environ.update(WIDTH)
     forkserver.ensure_running()

@@ -1,4 +1,4 @@
-"""A node in a forked process, which is watched and ended like one that was started."""
+"""Node in a forked process, with the interface of a process that was started."""
 
 import os
 import signal
@@ -11,13 +11,13 @@ from tests.forked import forked
 
 
 class ForkedNode:
-    """What tests ask of `subprocess.Popen`.
+    """Replacement of `subprocess.Popen` for nodes, with the methods that tests use.
 
     Args:
-        module: whose ``main`` is the node.
-        arguments: behind the program's name.
-        environment: its own, whole.
-        log: file for what it prints.
+        module: module whose ``main`` is the node.
+        arguments: arguments after the program's name.
+        environment: complete environment of the process.
+        log: file for its output.
     """
 
     def __init__(
@@ -28,11 +28,11 @@ class ForkedNode:
         self.pid = self._process.pid
 
     def poll(self) -> int | None:
-        """The exit code, or None while it runs."""
+        """Return the exit code; None while the process runs."""
         return self._process.exitcode
 
     def wait(self, timeout: float | None = None) -> int:
-        """Wait for its end; the exit code."""
+        """Wait for the exit and return the exit code."""
         self._process.join(timeout)
         code = self.poll()
         if code is None:
@@ -40,17 +40,17 @@ class ForkedNode:
         return code
 
     def send_signal(self, number: int) -> None:
-        """To a process that runs."""
+        """Send a signal, if the process runs."""
         if self.poll() is None:
             os.kill(self.pid, number)
 
     def kill(self) -> None:
-        """At once."""
+        """Kill the process."""
         self.send_signal(signal.SIGKILL)
 
 
 def _run(module: str, arguments: list[str], environment: dict[str, str], log: str) -> None:
-    """In the new process."""
+    """Run the node in the forked process."""
     file = os.open(log, os.O_WRONLY)
     for number in (1, 2):
         os.dup2(file, number)

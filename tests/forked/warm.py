@@ -1,7 +1,7 @@
-"""What the process has behind it from which others are forked.
+"""Preparation of the process from which others are forked.
 
-A short run, beside imports: it makes what takes the steps of all runs, which takes half a second.
-Nothing of it imports rerun, which starts threads, and they are not forked.
+In addition to imports it makes a short run, which creates the compiled loop of all runs in half a
+second. It does not import rerun, which starts threads, because threads are not forked.
 """
 
 import contextlib

@@ -1,1 +1,1 @@
-"""Scenes at the edges: what breaks a naive simulator, family by family."""
+"""Scenes at the limits of a simulator, one file for each family."""

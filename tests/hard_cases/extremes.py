@@ -1,4 +1,4 @@
-"""Scenes and checks that the families share; few sets of effects, each is one kernel."""
+"""Scenes and checks that the families share; few sets of effects, because each needs a kernel."""
 
 from typing import Any
 
@@ -18,24 +18,24 @@ RUBBING: dict[str, Any] = {
     "gravity": {"tilt": 0.0},
     "ball_contact": {"restitution_coefficient": 0.5},
 }
-"""Beside the thesis' effects."""
+"""Effects in addition to those of the thesis."""
 
 
 def scene_of(**changes: Any) -> Scene:
-    """The thesis' scene with automatic choice of the stepper, and changes."""
+    """Return the thesis' scene with automatic choice of the stepper and changes."""
     return check_scene(merge(merge(THESIS, {"solver": {"stepper": "auto"}}), changes), "test")
 
 
 def fast(**changes: Any) -> Scene:
-    """At 120 rad/s, a little above the critical speed, the deck starting from rest."""
+    """Return a scene at 120 rad/s, a little above the critical speed, with the deck at rest."""
     held = {"start": {"speed": 120.0, "ball_angles": list(APART)}, "profile": None}
     return scene_of(**merge(held, changes))
 
 
 def run(scene: Scene, time: float) -> Drive:
-    """A drive advanced by ``time`` in pieces: at every sample finite and nothing overlaps.
+    """Advance a drive by ``time`` [s] and check it in pieces.
 
-    Every step is within its means.
+    All samples must be finite and without overlaps, and all events must be resolved.
     """
     drive = Drive(scene, energy_balance=True)
     left = round(time / drive.step)
@@ -49,7 +49,7 @@ def run(scene: Scene, time: float) -> Drive:
 
 
 def imbalance(drive: Drive) -> float:
-    """What the energy balance leaves open, relative to the largest entry."""
+    """Return the residual of the energy balance relative to its largest entry."""
     e = drive.energy()
     assert e.dissipated >= -1e-12 * abs(e.stored)
     largest = max(abs(e.stored), abs(e.at_start), abs(e.motor_work), e.dissipated, 1e-300)
@@ -57,7 +57,7 @@ def imbalance(drive: Drive) -> float:
 
 
 def errors(drive: Drive, method: str = "DOP853") -> tuple[float, float]:
-    """Distance from the independent simulator: ball angles [rad], deck relative to its whirl."""
+    """Return the distance from the reference: ball angles [rad], deck relative to its whirl."""
     scene, now = drive.scene, drive.observe()
     ref = simulate(params_of(scene), start_angles(scene), [drive.time], method=method, rtol=1e-11)
     off = np.hypot(ref.x[0] - now.position[0], ref.y[0] - now.position[1])

@@ -1,4 +1,4 @@
-"""Drives whose numbers are known, and recordings of them as a bench makes them."""
+"""Drives with known parameters, and recordings of them as from a test bench."""
 
 import functools
 import json
@@ -25,10 +25,10 @@ Columns = dict[str, np.ndarray]
 
 
 def scene(changes: Mapping[str, Any] | None = None) -> ab_sim.Scene:
-    """Two balls, run up through the critical speed within a second.
+    """Return a scene with two balls that passes the critical speed within a second.
 
     Args:
-        changes: by dotted key.
+        changes: changes by dotted key.
     """
     raw: dict[str, Any] = {
         "name": "bench",
@@ -52,13 +52,13 @@ def scene(changes: Mapping[str, Any] | None = None) -> ab_sim.Scene:
 
 @functools.lru_cache(maxsize=8)
 def columns(true: str, balls: bool, seed: int, noise: float = 0.01) -> Columns:
-    """What a bench would have recorded of a drive.
+    """Return a recording of a drive as a test bench would write it.
 
     Args:
-        true: its scene as JSON.
-        balls: whether they are in the race.
-        seed: of the noise.
-        noise: its standard deviation, of the signals' r.m.s.
+        true: scene of the drive as JSON.
+        balls: whether the balls are in the race.
+        seed: seed of the noise.
+        noise: standard deviation of the noise relative to the signals' r.m.s.
     """
     drive = check_scene(json.loads(true), "true")
     run = ab_sim.simulate(drive if balls else without_balls(drive)).trajectory
@@ -77,13 +77,13 @@ def columns(true: str, balls: bool, seed: int, noise: float = 0.01) -> Columns:
 def recorded(
     drive: ab_sim.Scene, balls: bool = True, seed: int = 0, noise: float = 0.01
 ) -> Columns:
-    """The same of a scene; columns may be changed."""
+    """Return the ``columns`` of a scene as copies, which may be changed."""
     found = columns(json.dumps(drive.as_mapping()), balls, seed, noise)
     return {name: column.copy() for name, column in found.items()}
 
 
 def measured(drive: ab_sim.Scene, balls: bool = True) -> Measured:
-    """The displacement as it is fitted, with 1 % noise."""
+    """Return a recording of the displacement with 1 % noise, as used by the fit."""
     table = recorded(drive, balls)
     signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
     return Measured(
@@ -93,7 +93,7 @@ def measured(drive: ab_sim.Scene, balls: bool = True) -> Measured:
 
 
 def write(table: Mapping[str, Any], path: Path) -> Path:
-    """As CSV."""
+    """Write a table as CSV and return its path."""
     rows = zip(*table.values(), strict=True)
     text = [",".join(table), *(",".join(f"{cell}" for cell in row) for row in rows)]
     path.write_text("\n".join(text) + "\n")
@@ -101,12 +101,12 @@ def write(table: Mapping[str, Any], path: Path) -> Path:
 
 
 def mapping(folder: Path, text: str = MAP) -> Path:
-    """A file that says what the columns are."""
+    """Write a mapping file and return its path."""
     path = folder / "map.yaml"
     path.write_text(text)
     return path
 
 
 def bench(folder: Path, drive: ab_sim.Scene, name: str, balls: bool = True, seed: int = 0) -> Path:
-    """A CSV file of a drive's recording with 1 % noise."""
+    """Write a recording of a drive with 1 % noise as CSV and return its path."""
     return write(recorded(drive, balls, seed), folder / f"{name}.csv")

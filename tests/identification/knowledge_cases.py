@@ -1,8 +1,8 @@
-"""What theory says can be known of a drive, by what is recorded.
+"""Identifiable and unidentifiable parameters by theory, for several sets of recordings.
 
 The deck's equation, divided by the total mass M, has k/M, c/M, M0 e/M and m/M (docs/equations.md);
-a ball's, divided by its mass m and the race's radius R, has d/m, x''/R and the arm. A change of
-numbers that leaves all of these, and the signals' gain, as they are cannot be known.
+a ball's equation, divided by its mass m and the race's radius R, has d/m, x''/R and the arm. A
+change of parameters that keeps all of these, and the signals' gain, cannot be identified.
 """
 
 import math
@@ -30,36 +30,36 @@ ARM, MU = "effects.rolling_friction.arm", "effects.race_friction.coefficient"
 G, GB = "gain of with", "gain of bare"
 DECK, BALLS = (K, C, E), (BALL, DRAG)
 TRIAL = 0.005
-"""kg."""
+"""Trial mass [kg]."""
 NOISE = 0.01
-"""Of the signals' r.m.s."""
+"""Standard deviation of the noise relative to the signals' r.m.s."""
 ABOVE, BELOW = 1.7, 0.6
-"""Of the critical speed: where a spindle holds."""
+"""Speeds of a hold relative to the critical speed."""
 
 
 class Recorded(NamedTuple):
-    """How a recording is made."""
+    """Conditions of a recording."""
 
     balls: bool = True
     hold: float = 0.0
-    """Of the critical speed, at which the spindle has turned for long; 0: a start-up from rest."""
+    """Constant speed relative to the critical one; 0 for a start-up from rest."""
     kind: str = DISPLACEMENT
     axes: int = 2
     free: tuple[str, ...] = ()
     trial: bool = False
-    """Whether a trial mass is clamped to the deck."""
+    """True if a trial mass is clamped to the deck."""
 
 
 class Case(NamedTuple):
-    """What is asked, from which recordings, and what of it cannot be known."""
+    """Fitted keys, recordings, and the unidentifiable directions that theory predicts."""
 
     name: str
     fit: tuple[str, ...]
     recorded: tuple[Recorded, ...]
     unknown: tuple[frozenset[str], ...]
-    """A set for each direction: the parameters that change along it."""
+    """Parameters that change along each unidentifiable direction."""
     changes: Mapping[str, Any] = {}
-    """Of the scene, by dotted key."""
+    """Changes of the scene by dotted key."""
 
 
 WITH, BARE = Recorded(), Recorded(balls=False)
@@ -153,13 +153,13 @@ CASES = (
 def problem_of(
     case: Case, scene: Scene, guess: Scene, seed: int
 ) -> tuple[Problem, np.ndarray]:  # fmt: skip
-    """The fit that a case asks for, and where the truth is in it.
+    """Return the problem of a case, and the true values of its parameters.
 
     Args:
-        case: what is recorded and asked.
-        scene: the drive, with two equal balls.
-        guess: with what the fit begins.
-        seed: of the noise.
+        case: recordings and fitted keys.
+        scene: drive with two equal balls.
+        guess: scene with the start values of the fit.
+        seed: seed of the noise.
     """
     # What is not asked for is known.
     known = {key: value_of(guess, key) for key in DECK + BALLS if key in case.fit}
@@ -181,19 +181,19 @@ def problem_of(
 
 
 def opened_in(problem: Problem, true: np.ndarray, seed: int) -> list[OpenDirection]:
-    """What is said to be open, as an identification asks it: before the fit, and after it.
+    """Return the directions that an identification reports as open, before and after the fit.
 
     Args:
-        problem: that is fitted.
-        true: where a right fit ends.
-        seed: of the start angles from which it is looked at before.
+        problem: problem of the fit.
+        true: true values of the parameters, in place of a fit.
+        seed: seed of the start angles for the evaluation before the fit.
     """
     before = knowledge_before(problem, seed)
     return [*before.open, *knowledge_of(problem, true, before.held).open]
 
 
 def _changed(case: Case, scene: Scene, true: Scene) -> Scene:
-    """With what the case changes."""
+    """Return a scene with the changes of a case."""
     mass = true.balls.masses[0]
     own = {"unequal": [0.8 * mass, 1.2 * mass], "heavy": 1.5 * mass}
     changes = {
@@ -207,7 +207,7 @@ def _changed(case: Case, scene: Scene, true: Scene) -> Scene:
 def _measured(
     scene: Scene, how: Recorded, number: int, numbers: np.random.Generator, case: Case
 ) -> tuple[Measured, dict[str, float]]:
-    """A recording, and the true values of what is its own, by the parameters' names."""
+    """Return a recording, and the true values of its own parameters by name."""
     name = "with" if how.balls else "bare"
     name += f" {number + 1}" if number > 1 or (how.hold and number) else ""
     if how.trial:
@@ -238,7 +238,7 @@ def _measured(
 
 
 def _held(scene: Scene, of_critical: float, balanced: bool) -> Scene:
-    """The spindle turns at one speed from the beginning, twice as long as is recorded."""
+    """Return a scene at constant speed from the start, twice as long as the recording."""
     critical = scene.critical_speed or 0.0
     changes: dict[str, Any] = {
         "start.speed": of_critical * critical,

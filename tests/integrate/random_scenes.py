@@ -1,6 +1,6 @@
-"""Smooth scenes of both plants at random: every effect at work, sizes over decades.
+"""Random smooth scenes of both plants with all effects, and with sizes over decades.
 
-Two sets of effects, so that two kernels serve them all.
+Two sets of effects, so that two kernels suffice.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ PLANTS = ("planar", "in space")
 
 
 def scene_at_random(plant: str, seed: int, **solver: Any) -> Scene:
-    """One of them; the same seed gives the same scene."""
+    """Return a random scene; the same seed gives the same scene."""
     rng = np.random.default_rng(seed)
     changes: dict[str, Any] = {"solver": solver, **_motion(rng)}
     if plant == "planar":
@@ -28,7 +28,7 @@ def _factor(rng: np.random.Generator, least: float, most: float) -> float:
 
 
 def _motion(rng: np.random.Generator) -> dict[str, Any]:
-    """A ramp to another speed, and balls on the way."""
+    """Return a ramp to another speed, and balls in motion."""
     speed = float(rng.uniform(30.0, 300.0))
     return {
         "start": {

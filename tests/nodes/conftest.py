@@ -1,4 +1,4 @@
-"""A fleet of nodes per test, each on a DDS domain of its own."""
+"""Fixtures for nodes: a fleet for each test, on a separate DDS domain."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +18,6 @@ def fleet(domain: int, tmp_path: Path) -> Iterator["Fleet"]:  # noqa: F821
 
 @pytest.fixture
 def no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As on a machine without; before the fleet, which hands its environment on."""
+    """Hide the screen; use it before the fleet, which passes its environment on."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
         monkeypatch.delenv(name, raising=False)

@@ -1,4 +1,4 @@
-"""Firmware that commands 50 times a second."""
+"""Firmware that commands the drive 50 times a second."""
 
 import time
 

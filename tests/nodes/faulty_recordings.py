@@ -1,8 +1,8 @@
-"""Recordings that the live recorder makes of a drive with faults.
+"""Recordings of a drive with faults by the live recorder.
 
-``drive_sim``, ``profile_controller`` and ``recorder`` run as processes, in lock step. Recordings
-(.rrd) show the drive as it is. What a faulty sensor says is in messages only, so that these are
-taken from the bag: ``imu/data_raw`` and ``joint_states``, as a firmware hears them.
+``drive_sim``, ``profile_controller`` and ``recorder`` run as processes in lock step. Recordings
+(.rrd) contain the true motion. Readings of a faulty sensor are only in messages, so they are taken
+from ``imu/data_raw`` and ``joint_states`` in the bag, as a firmware receives them.
 """
 
 import json
@@ -24,21 +24,21 @@ from tests.nodes.fleet import Fleet
 from tests.nodes.lock_step import PERIOD, LockStep
 
 AT, ENDS = 1.0, 2.5
-"""s of simulated time: when faults come, and how long runs are."""
+"""Simulated time at which faults start, and duration of runs [s]."""
 
 
 class Live(NamedTuple):
-    """What there is of one run."""
+    """Files of one run."""
 
     recording: Path
-    """.rrd: the truth."""
+    """Recording of the true motion (.rrd)."""
     bag: Path
     heard: Path
-    """.rrd: what sensors said, a row for each step; NaN where they said nothing."""
+    """Recording of the sensors' readings (.rrd), a row for each step; NaN without a reading."""
 
 
 def bench() -> Scene:
-    """Two balls, run up through the critical speed within a second; an accelerometer with noise."""
+    """Return a drive with two balls and a noisy accelerometer that passes the critical speed."""
     return drives.scene(
         {
             "sensors": {"pickup": {"bandwidth": 200.0, "noise_density": 3e-3}},
@@ -49,13 +49,13 @@ def bench() -> Scene:
 
 
 def recorded_live(folder: Path, scene: Scene, faults: Sequence[str], name: str) -> Live:
-    """Run a drive with its controller and recorder, and break it on its way.
+    """Run a drive with its controller and recorder, and inject faults during the run.
 
     Args:
-        folder: for files.
-        scene: the drive's.
-        faults: texts, see docs/topics.md; none: a sound drive.
-        name: of the files.
+        folder: folder for the files.
+        scene: scene of the drive.
+        faults: faults as texts, see docs/topics.md; none for a drive without faults.
+        name: name of the files.
     """
     scene_file = folder / f"{name}.yaml"
     scene_file.write_text(json.dumps(scene.as_mapping()))
@@ -82,12 +82,12 @@ def recorded_live(folder: Path, scene: Scene, faults: Sequence[str], name: str) 
 
 
 def heard(file: Path, bag: Path, path: Path) -> Path:
-    """What the accelerometer said at each step, and the spindle, between its messages interpolated.
+    """Write a recording of the readings at each step; the spindle is interpolated.
 
     Args:
-        file: what the recorder wrote: its description and times are taken.
-        bag: what it wrote beside.
-        path: of the new one.
+        file: recording, for description and times.
+        bag: bag of the same run.
+        path: file to write.
     """
     told = read_recording(file)
     rows, time = told.samples.copy(), told.samples[:, told.channels.index("time")]

@@ -1,4 +1,4 @@
-"""Real nodes in processes of their own, on a DDS domain of the test's, watched by a real node."""
+"""Real nodes in separate processes, on the test's DDS domain, watched by a real node."""
 
 import math
 import os
@@ -25,10 +25,12 @@ from tests.forked.node import ForkedNode
 
 Process = subprocess.Popen[bytes] | ForkedNode
 DEADLINE = 120.0
-"""s; generous: a node may have to compile its kernel first."""
+"""Deadline of a wait [s], with time for a node to compile its kernel first."""
 ACQUAINTED = 0.5
-"""Time for a server that this process has discovered to discover it, too [s]. If it does not within
-0.1 s of a request, as on a busy machine, Fast DDS drops the answer."""
+"""Time for a discovered server to discover this process as well [s].
+
+If it does not within 0.1 s of a request, as on a busy machine, Fast DDS drops the answer.
+"""
 SERVICES: dict[str, dict[str, Any]] = {
     "drive_sim": {
         "pause": SetBool,
@@ -38,15 +40,15 @@ SERVICES: dict[str, dict[str, Any]] = {
     },
     "profile_controller": {"abort": Trigger, "start": Trigger},
 }
-"""Services that many tests call: their clients are discovered while the nodes start."""
+"""Services that many tests call; their clients are discovered while the nodes start."""
 GLANCE = 0.05
-"""Longest wait for a message, and time between two looks at processes and clients [s]."""
+"""Longest wait for a message, and time between two checks of processes and clients [s]."""
 EACH_CHANGE = Qos(100, latched=True)
-"""Of what is said at changes: of two that come before a busy test looks, none is passed over."""
+"""Quality of service for latched topics, so that a busy test receives each change."""
 
 
 class Fleet:
-    """Starts, watches and ends nodes; every wait is on a condition with a deadline."""
+    """Nodes that are started, watched and stopped; every wait has a condition and a deadline."""
 
     def __init__(self, domain: int, logs: Path) -> None:
         self.environment = {
@@ -60,7 +62,7 @@ class Fleet:
         self.processes: dict[str, Process] = {}
         self.heard: dict[str, list[Any]] = {}
         self.healths: list[Health] = []
-        """Each health of all nodes, oldest first."""
+        """Health reports of all nodes, oldest first."""
         self._context = rclpy.Context()
         rclpy.init(
             context=self._context,
@@ -74,14 +76,14 @@ class Fleet:
         self._clients: dict[str, Any] = {}
         """Clients by service."""
         self._ready: dict[str, float] = {}
-        """Times at which clients were ready first, by service."""
+        """Times at which clients were first ready, by service."""
         self._looked = 0.0
         topics.DIAGNOSTICS.subscription(
             self.node, lambda message: self.healths.extend(Health.all_of(message))
         )
 
     def listen(self, topic: Topic) -> list[Any]:
-        """Every message of a topic from now on."""
+        """Subscribe to a topic; return the growing list of its messages."""
         heard = self.heard.setdefault(topic.name, [])
         if topic.qos.latched:
             topic = topic._replace(qos=EACH_CHANGE)
@@ -91,7 +93,7 @@ class Fleet:
     def start(self, node: str, module: str = "", *words: str, **parameters: Any) -> Process:
         """Start a node in a forked process.
 
-        The nodes of `ab-sim demo` and `live`, and installed scripts, have processes of their own.
+        The nodes of `ab-sim demo` and `live`, and installed scripts, have separate processes.
 
         Args:
             node: name; ``left/drive_sim`` in a namespace, with a clock there.
@@ -115,7 +117,7 @@ class Fleet:
         return self.processes[node]
 
     def start_process(self, name: str, *command: str | Path) -> Process:
-        """Start any program on the fleet's domain; it is watched and ended like a node."""
+        """Start any program on the fleet's domain; it is watched and stopped like a node."""
         self._forget_services(name)
         with self._log_file(name).open("wb") as log:
             self.processes[name] = subprocess.Popen(
@@ -124,19 +126,19 @@ class Fleet:
         return self.processes[name]
 
     def log(self, node: str) -> str:
-        """What a node has printed so far."""
+        """Return the output of a node so far."""
         return self._log_file(node).read_text()
 
     def reads(self, node: str, words: str) -> None:
-        """Wait for what a node prints, which may be a moment after it has published the same."""
+        """Wait for a text in a node's output, which may come a moment after a message."""
         self.until(lambda: words in self.log(node), f"{node} prints {words!r}")
 
     def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
         """Listen until a condition is true; return its value.
 
-        It is judged when all messages that have arrived are heard. Fast DDS delivers the messages
-        of one process in the order in which they were published, so that a message or an answer for
-        which a test has waited comes after everything that its sender had published before.
+        The condition is evaluated after all messages that have arrived are processed. Fast DDS
+        delivers the messages of one process in the order of publication. A message or an answer
+        for which a test has waited thus comes after everything that its sender published before.
         """
         end = time.monotonic() + deadline
         while True:
@@ -154,29 +156,29 @@ class Fleet:
             self._executor.spin_once(timeout_sec=GLANCE)
 
     def health(self, node: str) -> Health | None:
-        """The newest health of a node."""
+        """Return the newest health report of a node; None before the first."""
         return next((each for each in reversed(self.healths) if each.node == f"/{node}"), None)
 
     def healths_of(self, node: str) -> list[Health]:
-        """Return each health of a node, oldest first.
+        """Return all health reports of a node, oldest first.
 
-        A value that a node reports only for a moment is looked for here.
+        They show a value that a node reports only for a moment.
         """
         return [each for each in self.healths if each.node == f"/{node}"]
 
     def value(self, node: str, key: str) -> str:
-        """A value of a node's newest health, empty before the first."""
+        """Return a value of a node's newest health report; empty before the first."""
         health = self.health(node)
         return "" if health is None else health.values.get(key, "")
 
     def call(self, service: str, switch: bool | None = None) -> Answer:
-        """Call a Trigger service, or with ``switch`` a SetBool one."""
+        """Call a Trigger service, or with ``switch`` a SetBool service."""
         kind = Trigger if switch is None else SetBool
         request = trigger_request() if switch is None else switch_request(switch)
         return answer_of(self.ask(kind, service, request))
 
     def set(self, node: str, **values: Any) -> Answer:
-        """Set parameters, all or none; whether it was done, and why not."""
+        """Set all parameters or none; return success and the reason of a failure."""
         request = SetParametersAtomically.Request(
             parameters=[Parameter(name, value=v).to_parameter_msg() for name, v in values.items()]
         )
@@ -185,29 +187,29 @@ class Fleet:
         return bool(result.successful), str(result.reason)
 
     def change(self, node: str, transition: str) -> bool:
-        """Ask for a transition of a lifecycle node; whether it was made."""
+        """Request a transition of a lifecycle node; return whether it succeeded."""
         request = ChangeState.Request(transition=Transition(label=transition))
         return bool(self.ask(ChangeState, f"{node}/change_state", request).success)
 
     def state(self, node: str) -> str:
-        """Of a lifecycle node."""
+        """Return the state of a lifecycle node."""
         answer = self.ask(GetState, f"{node}/get_state", GetState.Request())
         return str(answer.current_state.label)
 
     def ask(self, kind: Any, service: str, request: Any) -> Any:
-        """Call a service of any kind; its response."""
+        """Call a service of any type and return its response."""
         future = self.client(kind, service).call_async(request)
         self.until(future.done, f"answer of {service}")
         return future.result()
 
     def client(self, kind: Any, service: str) -> Any:
-        """Return a client of a service, after it and its server have discovered each other."""
+        """Return a client of a service, after client and server have discovered each other."""
         self.meet(kind, service)
         self.until(lambda: self._is_acquainted(service), f"service {service}")
         return self._clients[service]
 
     def meet(self, kind: Any, service: str) -> None:
-        """Create the client of a service, which takes time to be discovered by the server."""
+        """Create the client of a service, so that its discovery by the server begins."""
         if service not in self._clients:
             self._clients[service] = self.node.create_client(kind, service)
 
@@ -221,18 +223,18 @@ class Fleet:
         return time.monotonic() - self._ready.get(service, math.inf) > ACQUAINTED
 
     def _forget_services(self, node: str) -> None:
-        """Destroy the clients of a node that starts or ends: its services are others then."""
+        """Destroy the clients of a node that starts or stops, because its services are replaced."""
         for service in [s for s in self._clients if s.startswith(f"{node}/")]:
             self.node.destroy_client(self._clients.pop(service))
             self._ready.pop(service, None)
 
     def acquainted(self) -> None:
-        """Let a server that this process knows discover it, too."""
+        """Wait until a server that this process knows has discovered this process, too."""
         known = time.monotonic() + ACQUAINTED
         self.until(lambda: time.monotonic() > known, "the server knows its client")
 
     def command(self, *speeds: float) -> None:
-        """Publish commands to a drive that listens."""
+        """Publish speed commands to a drive that listens [rad/s]."""
         self.publish(topics.COMMAND, *map(topics.COMMAND.message, speeds))
 
     def publish(self, topic: Topic, *messages: Any) -> None:
@@ -245,18 +247,18 @@ class Fleet:
             publisher.publish(message)
 
     def _all_hear(self, publisher: Any) -> bool:
-        """Whether a drive is among those who are known to listen, and each of them is reached."""
+        """Return whether a drive subscribes, and whether all known subscribers are matched."""
         known = self.node.get_subscriptions_info_by_topic(publisher.topic_name)
         drives = [each for each in known if each.node_name == "drive_sim"]
         return bool(drives) and publisher.get_subscription_count() >= len(known)
 
     def stop(self, node: str, number: int = signal.SIGINT) -> int:
-        """Send a signal and wait for the end; the exit code."""
+        """Send a signal to a node and wait for its exit; return the exit code."""
         self.processes[node].send_signal(number)
         return self._end_of(node, f"{node} ends")
 
     def ended(self, node: str) -> int:
-        """Wait until a node ends by itself; the exit code."""
+        """Wait until a node exits by itself; return the exit code."""
         return self._end_of(node, f"{node} ends by itself")
 
     def _end_of(self, node: str, what: str) -> int:
@@ -271,13 +273,13 @@ class Fleet:
         return process.wait()
 
     def _catch_up(self) -> None:
-        """Hear all that has arrived: a busy machine may have kept this process from it."""
+        """Process all messages that have arrived while a busy machine delayed this process."""
         for subscription in self.node.subscriptions:
             for message, *_ in arrived(subscription, subscription.qos_profile.depth):
                 subscription.callback(message)
 
     def close(self) -> None:
-        """End what is left."""
+        """Stop the remaining nodes."""
         for process in self.processes.values():
             process.kill()
             process.wait()

@@ -1,4 +1,4 @@
-"""A drive and its profile controller in lock step: a period, a command, a period, and so on."""
+"""Drive and profile controller in lock step: a period, a command, a period, and so on."""
 
 from pathlib import Path
 
@@ -10,17 +10,17 @@ from ab_sim.drive.trajectory import Trajectory
 from tests.nodes.fleet import Fleet
 
 PERIOD = 5
-"""ms between two commands."""
+"""Time between two commands [ms]."""
 
 
 class LockStep:
-    """A scene with a profile that wakes up each millisecond, unless told otherwise.
+    """Drive of a scene with its profile controller; by default it wakes up each millisecond.
 
     Args:
-        fleet: runs it.
-        scene: name or file.
-        profile: the controller's; default: the scene's.
-        wake_rate: of the drive [1/s]; a whole number of wake-ups is a period.
+        fleet: fleet that runs the nodes.
+        scene: name or file of the scene.
+        profile: profile of the controller; default: that of the scene.
+        wake_rate: wake-ups of the drive per second; a whole number of them must make a period.
     """
 
     def __init__(
@@ -41,24 +41,24 @@ class LockStep:
 
     @property
     def statuses(self) -> list[str]:
-        """The controller's, each once."""
+        """Return all statuses of the controller."""
         return [text_of(message) for message in self._status]
 
     @property
     def status(self) -> str:
-        """The newest of them."""
+        """Return the newest status of the controller."""
         return self.statuses[-1]
 
     def done(self, service: str) -> str:
-        """Call a Trigger service, which must not refuse; return its text."""
+        """Call a Trigger service, which must succeed; return its text."""
         well, text = self.fleet.call(service)
         assert well, f"{service}: {text}"
         return text
 
     def step(self, commands: int) -> None:
-        """One period, after so many commands; those that come after it are waited for by the next.
+        """Advance by one period after a number of commands; wait for the next command.
 
-        A machine that is busy may take longer than the drive waits for them.
+        A busy machine may take longer than the drive waits for commands, so the call is repeated.
         """
         if commands != self._awaited:
             self._awaited = commands
@@ -74,6 +74,6 @@ class LockStep:
         )
 
     def samples(self) -> Trajectory:
-        """All that has been heard of the drive, in whole blocks."""
+        """Return all samples of the drive so far, in whole blocks."""
         each = [topics.BLOCK.sample(message) for message in self.blocks]
         return Trajectory(each[0].channels, np.concatenate([block.samples for block in each]))

@@ -1,4 +1,4 @@
-"""Somebody who took another type for that of commands, and says nothing until interrupted."""
+"""Node with a wrong message type for commands, which publishes nothing until interrupted."""
 
 import signal
 import threading

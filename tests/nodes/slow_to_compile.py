@@ -1,8 +1,8 @@
-"""`drive_sim` on a machine that takes long to compile, and says when it does.
+"""`drive_sim` on a machine that compiles slowly, with a message for each compilation.
 
     python -m tests.nodes.slow_to_compile SECONDS --ros-args ...
 
-Each text that goes to LLVM takes so many seconds longer.
+Each compilation by LLVM takes SECONDS longer.
 """
 
 import sys
@@ -17,7 +17,7 @@ COMPILES = "[compiles]"
 
 
 def slow_down(seconds: float) -> None:
-    """Let machine code be made slowly, from now on."""
+    """Delay each compilation by ``seconds`` from now on."""
     make = MachineCode.__init__
 
     def slowly(made: MachineCode, *arguments: Any, **options: Any) -> None:

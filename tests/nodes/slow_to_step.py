@@ -1,4 +1,4 @@
-"""`drive_sim` whose step takes long, once ``SPEED`` is commanded.
+"""`drive_sim` whose step takes long once ``SPEED`` is commanded.
 
 python -m tests.nodes.slow_to_step SECONDS --ros-args ...
 """
@@ -12,13 +12,13 @@ from ab_sim.nodes import drive_sim
 
 MODULE = "tests.nodes.slow_to_step"
 STALLS, GOES_ON = "[stalls]", "[goes on]"
-"""What it prints."""
+"""Messages before and after the delay."""
 SPEED = 100.0
-"""rad/s."""
+"""Command that causes the delay [rad/s]."""
 
 
 def slow_down(seconds: float) -> None:
-    """Let the first steps after the command take so long."""
+    """Delay the first steps after the command by ``seconds``."""
     advance = Drive.advance
     taken: list[int] = []
 

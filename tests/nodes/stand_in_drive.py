@@ -1,7 +1,7 @@
-"""A drive that is not ab_sim: standard topics as a board has them, on its own clock.
+"""Drive that is not ab_sim: standard topics as of a board, on its own clock.
 
-It shakes until it has been held at 50 rad/s for half a second, as if balls had found their places;
-when it has stood still again after that, its sensor fails.
+It vibrates until it has been at 50 rad/s for half a second, as if balls had balanced it. When it
+has stopped after that, its sensor fails.
 """
 
 import math

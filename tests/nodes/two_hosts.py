@@ -1,4 +1,4 @@
-"""Two hosts on one wire, as two network namespaces of this machine."""
+"""Two hosts on one network, as two network namespaces of this machine."""
 
 import shutil
 import subprocess
@@ -9,10 +9,10 @@ TOOLS = ("unshare", "nsenter", "ip", "mount")
 
 
 class TwoHosts:
-    """The hosts ``a`` and ``b``, without shared memory between them; usable as a context.
+    """Hosts ``a`` and ``b`` without shared memory between them; a context manager.
 
     Raises:
-        OSError: this machine does not let us make them.
+        OSError: this machine does not allow network namespaces.
     """
 
     def __enter__(self) -> "TwoHosts":
@@ -41,7 +41,7 @@ class TwoHosts:
         self._made.close()
 
     def on(self, host: str) -> list[str]:
-        """What to put before a command to run it on a host."""
+        """Return the words before a command that run it on a host."""
         target = str(self._holders[host])
         options = ["--user", "--net", "--mount", "--preserve-credentials", "--wd=."]
         return ["nsenter", "--target", target, *options]

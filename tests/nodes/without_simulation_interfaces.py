@@ -1,4 +1,4 @@
-"""The node drive_sim where the package simulation_interfaces is not installed."""
+"""Node drive_sim as if the package simulation_interfaces were not installed."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The report of the thesis as it is in docs/: its sections with their tables."""
+"""Report on the thesis as in docs/: its sections with their tables."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,11 @@ def page_sections() -> tuple[PageSection, ...]:
 
 
 def verdicts_on_page(section: str) -> list[tuple[str, str, str]]:
-    """Return figure, statement and kind of verdict of the section whose heading starts so."""
+    """Return figure, statement and kind of verdict of each row of a section.
+
+    Args:
+        section: beginning of the section's heading.
+    """
     (found,) = [each for each in page_sections() if each.heading.startswith(section)]
     return [
         (str(row[0]), str(row[1]), _kind(str(row[-1])))
@@ -36,7 +40,7 @@ def verdicts_on_page(section: str) -> list[tuple[str, str, str]]:
 
 
 def verdicts_of(claims: list[Claim]) -> list[tuple[str, str, str]]:
-    """Return the same of claims."""
+    """Return figure, statement and kind of verdict of each claim."""
     return [(claim.figure, claim.printed, _kind(claim.verdict)) for claim in claims]
 
 

@@ -1,4 +1,4 @@
-"""A plug-in, installed into a separate folder, and as a file."""
+"""Fixture with a plug-in that is installed into a separate folder."""
 
 import shutil
 import subprocess

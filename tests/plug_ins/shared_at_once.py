@@ -1,4 +1,4 @@
-"""`ab-sim` whose work is shared between processes however short it is."""
+"""`ab-sim` that distributes even short work over processes."""
 
 from ab_sim.base import workers
 from ab_sim.cli import main

@@ -1,4 +1,4 @@
-"""Runs to record, and what a file has of them."""
+"""Runs to record, and readers of the contents of a file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def describe(balls: int = 2, **changes: Any) -> dict[str, Any]:
 def run(
     rows: int, balls: int = 2, seed: int = 0, step: float = STEP
 ) -> tuple[list[str], NDArray[np.float64]]:
-    """Channels and samples with full mantissas, at times k * 1 ms as the simulator stamps them."""
+    """Return channels and random samples with full mantissas, at times k * ``step`` [s]."""
     names = BASE + [f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate")]
     samples = np.random.default_rng(seed).normal(size=(rows, len(names)))
     samples[:, 0] = np.arange(rows)
@@ -41,7 +41,7 @@ def record(path: Path, names: list[str], samples: NDArray[np.float64], block: in
 
 
 def cells(path: Path, entity: str, component: str) -> list[Any]:
-    """All cells of one component, as the file has them, in order of step."""
+    """Return all cells of a component in a file, in the order of steps."""
     rows: list[tuple[int, Any]] = []
     for chunk in RrdReader(path).stream().to_chunks():
         if chunk.entity_path == entity and not chunk.is_static:
@@ -53,17 +53,17 @@ def cells(path: Path, entity: str, component: str) -> list[Any]:
 
 
 def channel(path: Path, group: str) -> NDArray[np.float64]:
-    """What a file has of a group of channels, shape (rows, series)."""
+    """Return the samples of a group of channels in a file, shape (rows, series)."""
     return np.array(cells(path, SAMPLES, f"{CHANNELS}:{group}"))
 
 
 def plotted(path: Path, entity: str, name: str) -> NDArray[np.float64]:
-    """Curves, shape (rows, series)."""
+    """Return plotted curves of a file, shape (rows, series)."""
     return np.array(cells(path, entity, f"{DERIVED}:{name}"))
 
 
 def still(path: Path, entity: str, component: str) -> list[Any]:
-    """The cell of a component that does not change, as it was sent last."""
+    """Return the last cell of a component that does not change over time."""
     sent = [
         chunk.to_record_batch()[component].to_pylist()[0]
         for chunk in RrdReader(path).stream().to_chunks()
@@ -74,7 +74,7 @@ def still(path: Path, entity: str, component: str) -> list[Any]:
 
 
 def views(path: Path) -> list[str]:
-    """Names of the views that the file lays out, in all the layouts that it was given."""
+    """Return the names of the views in all layouts of a file."""
     reader, names = RrdReader(path), "ViewBlueprint:display_name"
     chunks = (c for store in reader.blueprints() for c in reader.stream(store=store).to_chunks())
     batches = [chunk.to_record_batch() for chunk in chunks]
@@ -82,7 +82,7 @@ def views(path: Path) -> list[str]:
 
 
 def curves(path: Path) -> dict[str, int | None]:
-    """What the layouts plot, by component, each with how it is drawn where not all samples are."""
+    """Return the plotted components of all layouts, each with its policy of aggregation."""
     reader = RrdReader(path)
     chunks = [c for store in reader.blueprints() for c in reader.stream(store=store).to_chunks()]
     sources: dict[str, str] = {}  # by the path of what draws them

@@ -13,12 +13,12 @@ ORACLE = LITERATURE / "oracle.json"
 
 
 def oracle_cases(path: Path = ORACLE) -> dict[str, dict[str, Any]]:
-    """All cases of the file, by their id."""
+    """Return all cases of the file by their id."""
     return {case["id"]: case for case in json.loads(path.read_text())["cases"]}
 
 
 def oracle_params(case: dict[str, Any]) -> Params:
-    """The parameters of a trajectory case."""
+    """Return the parameters of a trajectory case."""
     given, n = case["params"], len(case["theta0_rad"])
     return Params(
         mass=given["M"],
@@ -35,13 +35,13 @@ def oracle_params(case: dict[str, Any]) -> Params:
 
 
 def deck_oracle() -> dict[str, Any]:
-    """Trajectories, instants and modes of the deck in space; the file says what they are."""
+    """Return trajectories, instants and modes of the deck in space; the file describes them."""
     found: dict[str, Any] = json.loads((LITERATURE / "deck_oracle.json").read_text())
     return found
 
 
 def deck_params(given: Mapping[str, Any]) -> DeckParams:
-    """From the ``params`` of a case in ``deck_oracle.json``."""
+    """Return the deck's parameters from ``params`` of a case in ``deck_oracle.json``."""
     disc, spindle = dict(given["disc"]), given["spindle"]
     disc["points"] = tuple((point["mass"], point["position"]) for point in disc["points"])
     races = [{**race, "balls": tuple(Ball(**b) for b in race["balls"])} for race in given["races"]]

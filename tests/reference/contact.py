@@ -1,12 +1,12 @@
-"""Which balls can touch, how far apart they are, and what an impact does.
+"""Contacts of balls: possible pairs, gaps, and impacts.
 
 Neighbours i, j in cyclic order on a race keep their distance along the race,
 
     (s_j - s_i) / R >= Delta = 2 asin((a_i + a_j) / (2 R)),    s_j - s_i = integral of |X'(theta)|
 
-from theta_i to theta_j, found by quadrature; on a circle theta_j - theta_i >= Delta. A contact
-force lambda along the race pushes i back and j forward; that it also presses both on the race is
-left out, as in what this is the reference of.
+from theta_i to theta_j, by quadrature; on a circle theta_j - theta_i >= Delta. A contact force
+lambda along the race pushes i back and j forward. Its normal component, which presses both balls on
+the race, is left out, as in the model that this is the reference for.
 """
 
 from itertools import combinations
@@ -18,45 +18,45 @@ from numpy.polynomial.legendre import leggauss
 from .plant import Array, Plant
 
 REST_RATE = 1e-10
-"""rad/s: gaps that change more slowly than this do not change."""
+"""Rate of a gap below which the gap counts as constant [rad/s]."""
 HOP_RATE = 3e-6
-"""rad/s: an impact elsewhere that would open a contact more slowly than this leaves it closed."""
+"""Rate below which a contact stays closed despite an impact elsewhere [rad/s]."""
 TOUCHING = 1e-10
-"""rad: gaps smaller than this are none."""
+"""Gap below which balls touch [rad]."""
 NODES, WEIGHTS = leggauss(28)
-"""Of Gauss' quadrature; so many find the length of a whole turn to rounding."""
+"""Nodes and weights of Gauss' quadrature, enough for the length of a whole turn to rounding."""
 
 
 class Chain(NamedTuple):
-    """The possible contacts: arrays with one entry for each. Gaps are lengths over R."""
+    """Possible contacts, as arrays with one entry for each. Gaps are lengths over R."""
 
     plant: Plant
     behind: Array
     ahead: Array
     closest: Array
-    """Delta."""
+    """Least distances Delta [rad]."""
     turns: Array
-    """What unwraps theta_j - theta_i: a multiple of 2 pi."""
+    """Multiples of 2 pi that unwrap theta_j - theta_i [rad]."""
 
     @property
     def size(self) -> int:
-        """Number of contacts."""
+        """Return the number of contacts."""
         return len(self.behind)
 
     @property
     def radius(self) -> Array:
-        """R of each contact's race."""
+        """Return the race radius R of each contact [m]."""
         return self.plant.curve.radius[self.behind]
 
     def gaps(self, theta: Array) -> Array:
-        """Free length of the race between neighbours, from ball angles relative to the spindle."""
+        """Return the gaps from ball angles relative to the spindle [rad]."""
         begin, turn = theta[self.behind], theta[self.ahead] - theta[self.behind] + self.turns
         curve = self.plant.curve.of(self.behind)
         _, _, path, _ = curve.at(begin[:, None] + turn[:, None] * 0.5 * (NODES + 1.0))
         return 0.5 * turn * (path @ WEIGHTS) / self.radius - self.closest
 
     def directions(self, q: Array) -> Array:
-        """Rows c of gap' = c q': s_j' - s_i' with s' = g (psi_i' - psi')."""
+        """Return the rows c of gap' = c q': s_j' - s_i' with s' = g (psi_i' - psi')."""
         plant, psi = self.plant, self.plant.psi
         found = np.zeros((self.size, plant.size))
         if self.size == 0:
@@ -69,7 +69,7 @@ class Chain(NamedTuple):
         return found
 
     def bias(self, q: Array, rates: Array) -> Array:
-        """What gap'' has beside c q''."""
+        """Return the part of gap'' in addition to c q''."""
         plant = self.plant
         if self.size == 0:
             return np.zeros(0)
@@ -78,12 +78,12 @@ class Chain(NamedTuple):
         return bend[self.ahead] - bend[self.behind]
 
     def rates(self, q: Array, rates: Array) -> Array:
-        """gap'."""
+        """Return the rates of the gaps [rad/s]."""
         return self.directions(q) @ rates
 
 
 def chain_of(plant: Plant, angles: Array) -> Chain:
-    """The contacts of balls that start at ``angles``; none without contact or with one ball."""
+    """Return the contacts of balls that start at ``angles``; none if balls cannot touch."""
     behind, ahead = np.zeros((2, 0), int)
     for race in plant.races:
         if plant.p.contact is not None and len(race) > 1:
@@ -100,13 +100,13 @@ def chain_of(plant: Plant, angles: Array) -> Chain:
 
 
 def touching(chain: Chain, q: Array, rates: Array) -> Array:
-    """Which contacts have neither gap nor approach."""
+    """Return a mask of contacts with neither gap nor approach."""
     still = np.abs(chain.rates(q, rates)) <= REST_RATE
     return (np.abs(chain.gaps(chain.plant.theta(q))) <= TOUCHING) & still
 
 
 def impact(plant: Plant, chain: Chain, hit: int, q: Array, rates: Array) -> Array:
-    """q' after the impact of contact ``hit``; M (q'+ - q'-) = c^T Lambda with the full matrix M.
+    """Return q' after the impact of contact ``hit``; M (q'+ - q'-) = c^T Lambda, full matrix M.
 
     Newton's law for all contacts that touch, with u = c q' and Lambda complementary:
     u+ >= -e u-,  Lambda >= 0,  Lambda (u+ + e u-) = 0. A prescribed spindle keeps its speed.

@@ -1,4 +1,4 @@
-"""The deck in space: what happens at an instant, and how it goes on.
+"""Deck in space: forces and accelerations at an instant, and motion over time.
 
     p = DeckParams(...), or deck_params(case["params"]) of an oracle case
     now = instant(p, q, rates, psi=..., speed=..., acceleration=...)
@@ -25,28 +25,28 @@ from .run import Result, follow
 
 
 class Instant(NamedTuple):
-    """Everything at one instant."""
+    """Accelerations, forces and energies at one instant."""
 
     accelerations: Array
-    """q''."""
+    """Accelerations q''."""
     spindle: float
-    """psi''."""
+    """Acceleration of the spindle psi'' [rad/s^2]."""
     torque: float
-    """Of the motor, between deck and rotor [N m]."""
+    """Torque of the motor between deck and rotor [N m]."""
     power: float
-    """Of the motor [W]."""
+    """Power of the motor [W]."""
     losses: Array
-    """W, in mounts, drag and friction."""
+    """Losses in mounts, drag and friction [W]."""
     kinetic: float
     potential: float
-    """J; gravity's from the ground's origin."""
+    """Potential energy [J]; that of gravity counts from the ground's origin."""
     friction: Array
-    """Along the race, on each ball [N]."""
+    """Friction along the race on each ball [N]."""
     normal: Array
-    """Of the race on each ball, inwards, in the disc's plane [N]."""
+    """Normal force of the race on each ball, inwards, in the disc's plane [N]."""
     mode: Mode
     specific_force: Array
-    """P'' - g of ``sensor``, along ``sensor_axes``."""
+    """P'' - g of ``sensor`` along ``sensor_axes`` [m/s^2]."""
 
 
 def instant(
@@ -62,19 +62,19 @@ def instant(
     sensor: Sequence[float] | Array = (0.0, 0.0, 0.0),
     sensor_axes: Sequence[Sequence[float]] | Array = np.eye(3),  # noqa: B008
 ) -> Instant:
-    """Accelerations, forces and energies in a state.
+    """Return accelerations, forces and energies in a state.
 
     Args:
-        p: the deck.
-        q: X, Y, Z, alpha, beta, gamma, phi_i.
-        rates: q'.
-        psi: spindle angle.
-        speed: spindle speed psi'.
-        acceleration: psi'' without a motor, of the command with one.
-        command: the speed asked of a motor; ``speed`` unless given.
+        p: parameters of the deck.
+        q: X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
+        rates: time derivatives q'.
+        psi: spindle angle [rad].
+        speed: spindle speed psi' [rad/s].
+        acceleration: psi'' [rad/s^2]; with a motor, that of the command.
+        command: commanded speed of a motor [rad/s]; default: ``speed``.
         z: integral of the motor's controller.
-        sensor: a point of the deck, on deck axes.
-        sensor_axes: unit vectors on deck axes, a row each.
+        sensor: point of the deck on deck axes [m].
+        sensor_axes: unit vectors on deck axes, one per row.
     """
     model = DeckModel(p)
     full, full_rates = _with_spindle(q, psi), _with_spindle(rates, speed)
@@ -99,7 +99,7 @@ def instant(
 
 
 def _with_spindle(q: Sequence[float] | Array, psi: float) -> Array:
-    """(X, .., gamma, psi, psi_i) from (X, .., gamma, phi_i); also of rates."""
+    """Return (X, .., gamma, psi, psi_i) from (X, .., gamma, phi_i); also for rates."""
     q = np.array(q, float)
     return np.concatenate([q[:6], [psi], psi + q[6:]])
 
@@ -116,18 +116,18 @@ def simulate_deck(
     rtol: float = 1e-12,
     max_step: float = np.inf,
 ) -> Result:
-    """The motion from q0 and q0' at t = 0, the spindle as ``p.spindle`` says.
+    """Return the motion from q0 and q0' at t = 0, with the spindle as in ``p.spindle``.
 
     Args:
-        p: the deck.
-        q0: X, Y, Z, alpha, beta, gamma, phi_i.
-        rates0: q'.
-        times: rising, from 0 or later [s].
-        speed: psi' with a motor; the command's unless given.
+        p: parameters of the deck.
+        q0: X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
+        rates0: time derivatives q'.
+        times: increasing times from 0 or later [s].
+        speed: psi' with a motor [rad/s]; default: that of the command.
         z: integral of the motor's controller.
-        method: of solve_ivp; "Radau" for a stiff race or stiff mounts.
+        method: method of solve_ivp; "Radau" for a stiff race or stiff mounts.
         rtol: relative tolerance; the absolute ones follow from it.
-        max_step: longest step [s], where an event could hide within one.
+        max_step: longest step [s], if an event could hide within a step.
     """
     q, rates = np.array(q0, float), np.array(rates0, float)
     return follow(

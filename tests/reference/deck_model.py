@@ -8,8 +8,9 @@ pseudo-inertias P_b and gravity G = [0, g; 0, 0],
     M_jk = sum_b tr(dH_b/dq_j P_b (dH_b/dq_k)^T)
     sum_k M_jk q_k'' + sum_b tr(dH_b/dq_j P_b (H_b''|_{q''=0} - G)^T) = Q_j
 
-which are Lagrange's equations, as every H_b is a function of q alone (a ball that rolls turns by
-psi - s/a, s its way along the race). Q is that of the mounts, J^T f at their points, and of drag.
+which are Lagrange's equations, because every H_b is a function of q alone (a rolling ball turns by
+psi - s/a, with s its path along the race). Q is that of the mounts, J^T f at their points, and of
+drag.
 """
 
 from typing import NamedTuple
@@ -21,32 +22,32 @@ from .plant import Array, Curve, Plant, System
 from .pose import SHIFT, TURN, Number, Pose, linear, pseudo_inertia, shift, shifted
 
 ANGLES = ((TURN[2], 5), (TURN[0], 3), (TURN[1], 4))
-"""gamma, alpha, beta: rotations about which axis, and which coordinates."""
+"""Rotations gamma, alpha, beta, with the indices of their coordinates."""
 OWN = 7
-"""Poses know eight coordinates: the deck's six, psi, and, of a ball's pose, psi_i."""
+"""Number of coordinates of poses before psi_i: the deck's six, and psi."""
 
 
 class Poses(NamedTuple):
-    """Where everything is."""
+    """Poses of all bodies."""
 
     deck: Pose
     bodies: Pose
-    """Deck, disc and balls."""
+    """Poses of deck, disc and balls."""
     outward: Array
-    """n of each ball's race on ground axes."""
+    """Outward normal n of each ball's race on ground axes."""
 
 
 class MountPoints(NamedTuple):
-    """What the mounts feel, a row for each, on ground axes."""
+    """Displacements and velocities at the mounts, one row each, on ground axes."""
 
     displacement: Array
     velocity: Array
     slopes: Array
-    """Of the displacement by the deck's coordinates."""
+    """Derivatives of the displacement by the deck's coordinates."""
 
 
 class DeckModel(Plant):
-    """DeckParams with what follows from them once and for all."""
+    """DeckParams with constants derived from them."""
 
     def __init__(self, p: DeckParams) -> None:
         self.p, self.psi, self.count = p, 6, len(p.balls)
@@ -85,7 +86,7 @@ class DeckModel(Plant):
         self.cubic = np.array([mount.cubic for mount in p.mounts])
 
     def poses(self, q: Array, rates: Array) -> Poses:
-        """Everything's pose and its derivatives."""
+        """Return the poses of all bodies and their derivatives."""
         unit = np.eye(8)
         deck = shifted(q[:3], rates[:3], 8)
         for generator, j in ANGLES:
@@ -101,20 +102,20 @@ class DeckModel(Plant):
         return Poses(deck, bodies, normal.value[:, :3, 0])
 
     def _rolled(self, theta: Number, path: Array, dpath: Array) -> Number:
-        """-theta - s/a: a ball's frame has turned with theta, and it turns by psi - s/a in all."""
+        """Return -theta - s/a: the frame of a ball has turned with theta, it by psi - s/a."""
         swell = 1.5 * self.curve.oval * np.sin(2.0 * (theta.value - self.curve.oval_angle))
         way, spin = self.curve.radius * theta.value - swell, self.spin_per_way
         return theta.through(-theta.value - spin * way, -1.0 - spin * path, -spin * dpath)
 
     def mount_points(self, deck: Pose) -> MountPoints:
-        """How far the mounts' points are from where they were relaxed, and so on."""
+        """Return displacement and velocity of the mounts' points from their relaxed positions."""
         displacement = (self.places @ deck.value.T - self.places)[:, :3]
         velocity = (self.places @ deck.rate.T)[:, :3]
         slopes = np.moveaxis(deck.slopes[:6] @ self.places.T, -1, 0)[:, :, :3]
         return MountPoints(displacement, velocity, slopes)
 
     def system(self, q: Array, rates: Array) -> System:
-        """The equations of motion; N = -m (P'' - g) . n."""
+        """Return the equations of motion; N = -m (P'' - g) . n."""
         poses = self.poses(q, rates)
         bodies, many = poses.bodies, 2 + self.count
         slopes = bodies.slopes.reshape(many, 8, 16)
@@ -145,12 +146,12 @@ class DeckModel(Plant):
         return System(mass, known, rows, against, path, np.sum(damper * at.velocity))
 
     def kinetic_energy(self, q: Array, rates: Array) -> float:
-        """Of all that moves, the disc's spin included [J]."""
+        """Return the kinetic energy of all bodies, the disc's spin included [J]."""
         moving = self.poses(q, rates).bodies.rate
         return 0.5 * np.einsum("bij,bjk,bik->", moving, self.inertias, moving)
 
     def potential_energy(self, q: Array) -> float:
-        """Springs, and gravity from the ground's origin [J]."""
+        """Return the energy of springs, and of gravity from the ground's origin [J]."""
         poses = self.poses(q, np.zeros(self.size))
         u = self.mount_points(poses.deck).displacement
         springs = 0.5 * np.sum(u * times(self.stiffness, u))
@@ -159,11 +160,11 @@ class DeckModel(Plant):
         return springs - moment[:3] @ self.weight[:3, 3]
 
     def energy(self, q: Array, rates: Array) -> float:
-        """Kinetic energy, springs and gravity [J]."""
+        """Return the kinetic energy plus that of springs and gravity [J]."""
         return self.kinetic_energy(q, rates) + self.potential_energy(q)
 
     def momentum(self, q: Array, rates: Array) -> tuple[Array, Array]:
-        """Momentum and angular momentum about the ground's origin, on ground axes."""
+        """Return momentum and angular momentum about the ground's origin, on ground axes."""
         bodies = self.poses(q, rates).bodies
         products = np.einsum("bij,bjk,blk->il", bodies.value, self.inertias, bodies.rate)
         turning = (products - products.T)[[1, 2, 0], [2, 0, 1]]
@@ -172,7 +173,7 @@ class DeckModel(Plant):
     def specific_force(
         self, q: Array, rates: Array, accelerations: Array, point: Array, axes: Array
     ) -> Array:
-        """P'' - g at a point of the deck, along the rows of ``axes``, both on deck axes."""
+        """Return P'' - g at a point along the rows of ``axes``, both on deck axes [m/s^2]."""
         deck, place = self.poses(q, rates).deck, np.append(point, 1.0)
         gain = np.einsum("jik,j,k->i", deck.slopes[:6], accelerations[:6], place)
         felt = (gain + (deck.bias - self.weight) @ place)[:3]
@@ -180,17 +181,17 @@ class DeckModel(Plant):
 
 
 def times(matrices: Array, vectors: Array) -> Array:
-    """The product of each matrix and its vector."""
+    """Return the product of each matrix and its vector."""
     return (matrices @ vectors[..., None])[..., 0]
 
 
 def deck_inertia(p: DeckParams) -> Array:
-    """Pseudo-inertia of the deck, on its axes."""
+    """Return the pseudo-inertia of the deck on its axes."""
     return pseudo_inertia(p.deck.mass, np.array(p.deck.com), np.array(p.deck.inertia))
 
 
 def disc_inertia(p: DeckParams) -> Array:
-    """Pseudo-inertia of all that turns with the spindle, on disc axes."""
+    """Return the pseudo-inertia of all parts that turn with the spindle, on disc axes."""
     made = pseudo_inertia(p.disc.mass, p.disc.com, np.array(p.disc.inertia))
     for mass, position in p.disc.points:
         made += pseudo_inertia(mass, np.array(position), np.zeros((3, 3)))
@@ -200,5 +201,5 @@ def disc_inertia(p: DeckParams) -> Array:
 
 
 def ball_inertias(p: DeckParams) -> list[Array]:
-    """Pseudo-inertias of the balls, on their own axes."""
+    """Return the pseudo-inertias of the balls on their axes."""
     return [pseudo_inertia(b.mass, np.zeros(3), b.inertia * np.eye(3)) for b in p.balls]

@@ -1,7 +1,7 @@
-"""Vibration of the deck about its rest, with disc and balls averaged over a turn.
+"""Vibration of the deck about its rest position, with disc and balls averaged over a turn.
 
-The system matrices are derivatives by complex steps of the very equations that ``deck_model`` has,
-so they are exact to rounding.
+The system matrices are derivatives of the equations of ``deck_model`` by complex steps, so they are
+exact to rounding.
 """
 
 from typing import NamedTuple
@@ -18,38 +18,38 @@ STEP = 1e-30
 
 
 class Vibration(NamedTuple):
-    """M u'' + C u' + K u = 0 about ``rest``, u of X, Y, Z, alpha, beta, gamma."""
+    """Equations M u'' + C u' + K u = 0 about ``rest``, u of X, Y, Z, alpha, beta, gamma."""
 
     rest: Array
     mass: Array
     damping: Array
-    """With the gyroscopic terms."""
+    """Damping matrix with the gyroscopic terms."""
     stiffness: Array
 
 
 class ModeShape(NamedTuple):
-    """u = shape exp(eigenvalue t), with its conjugate."""
+    """Mode u = shape exp(eigenvalue t), with its conjugate."""
 
     eigenvalue: complex
     shape: Array
-    """Its largest entry, in m or rad, is 1."""
+    """Shape, whose largest entry, in m or rad, is 1."""
 
     @property
     def natural(self) -> float:
-        """rad/s."""
+        """Return the natural frequency [rad/s]."""
         return abs(self.eigenvalue)
 
     @property
     def damping_ratio(self) -> float:
-        """Of critical."""
+        """Return the damping relative to critical damping."""
         return -self.eigenvalue.real / abs(self.eigenvalue)
 
 
 def averaged(p: DeckParams) -> DeckParams:
-    """The same deck with a symmetric disc instead of disc and balls.
+    """Return the deck with a symmetric disc instead of disc and balls.
 
     Disc and balls turn together, the balls spread evenly along round races, and their
-    pseudo-inertia is averaged over a turn. The unbalance M eps^2 and the balls m R^2 count.
+    pseudo-inertia is averaged over a turn. The unbalance M eps^2 and the balls' m R^2 are included.
     """
     whole = disc_inertia(p)
     for race in p.races:
@@ -64,7 +64,7 @@ def averaged(p: DeckParams) -> DeckParams:
 
 
 def linearise(p: DeckParams, speed: float = 0.0) -> Vibration:
-    """About the rest of the averaged deck, its disc turning at ``speed`` [rad/s].
+    """Linearise about the rest of the averaged deck, with its disc turning at ``speed`` [rad/s].
 
     Raises:
         numpy.linalg.LinAlgError: nothing holds the deck.
@@ -90,7 +90,7 @@ def linearise(p: DeckParams, speed: float = 0.0) -> Vibration:
 
 
 def modes(p: DeckParams, speed: float = 0.0) -> list[ModeShape]:
-    """By natural frequency; of a pair of conjugates the one with the positive imaginary part."""
+    """Return the modes by natural frequency, with positive imaginary parts of conjugate pairs."""
     found = linearise(p, speed)
     zero, one = np.zeros((6, 6)), np.eye(6)
     inverse = np.linalg.inv(found.mass)

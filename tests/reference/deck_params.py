@@ -1,9 +1,9 @@
-"""What the reference simulator of the deck in space is told: plain numbers in SI units.
+"""Parameters of the reference simulator of the deck in space: plain numbers in SI units.
 
 C is the point of the spindle's axis in the deck's reference plane. Ground axes XYZ have their
-origin where C lies while the springs are relaxed. Deck axes xyz start at C, z along the spindle,
-and are parallel to XYZ at rest. Disc axes turn with the spindle, by psi about z; ball angles phi
-count from the first of them, unwrapped.
+origin at C while the springs are relaxed. Deck axes xyz start at C, z along the spindle, and are
+parallel to XYZ at rest. Disc axes turn with the spindle, by psi about z; ball angles phi count from
+the first disc axis, unwrapped.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ Matrix = Sequence[Sequence[float]] | Array
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: centre of mass on deck axes, inertia about it on the same axes.
+    """Rigid body: centre of mass on deck axes, inertia about the centre of mass on these axes.
 
     A product of inertia is minus the integral of x y dm.
     """
@@ -32,7 +32,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Disc:
-    """Disc and rotor: all that turns with the spindle but the balls.
+    """Disc and rotor: all parts that turn with the spindle, except the balls.
 
     Its centre of mass is at ``eccentricity`` in the direction ``angle`` of the disc axes, at
     ``height``; ``inertia`` is about it, on the disc axes (not turned by ``angle``): a product of
@@ -48,17 +48,17 @@ class Disc:
 
     @property
     def com(self) -> Array:
-        """Centre of mass on the disc axes, without the points."""
+        """Return the centre of mass on the disc axes, without the points [m]."""
         e, a = self.eccentricity, self.angle
         return np.array([e * np.cos(a), e * np.sin(a), self.height])
 
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball that rolls without slip if it has an inertia, and is a point if it has none.
+    """Ball that rolls without slip if it has an inertia, and is a point mass otherwise.
 
-    Its spin is psi' - s'/a about the spindle's axis relative to the deck, s' its speed along the
-    race, R phi' on a round one.
+    Its spin is psi' - s'/a about the spindle's axis relative to the deck, with s' its speed along
+    the race, R phi' on a round one.
     """
 
     mass: float
@@ -68,7 +68,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class Race:
-    """A circle of ball centres, at a height.
+    """Circle of ball centres at a height.
 
     ``drag`` is D: the moment -D phi' acts on each ball, and its opposite on the disc. On an uneven
     race it is the force -(D / R^2) s'.
@@ -98,10 +98,10 @@ class Mount:
 
 @dataclass(frozen=True)
 class DeckParams:
-    """A deck on mounts, with disc and balls.
+    """Deck on mounts, with disc and balls.
 
-    A motor's torque acts between deck and rotor, and ``motor.inertia`` is a flywheel's on the
-    spindle's axis, beside the disc's own inertia. Friction and contact are those of all races.
+    A motor's torque acts between deck and rotor, and ``motor.inertia`` is that of a flywheel on the
+    spindle's axis, in addition to the disc's inertia. Friction and contact apply to all races.
     """
 
     deck: Body
@@ -123,9 +123,9 @@ class DeckParams:
 
     @property
     def balls(self) -> tuple[Ball, ...]:
-        """Of all races, in the order of the races."""
+        """Return the balls of all races, in the order of the races."""
         return tuple(ball for race in self.races for ball in race.balls)
 
     def but(self, **changes: object) -> "DeckParams":
-        """The same with some fields replaced."""
+        """Return the parameters with some fields replaced."""
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -8,8 +8,8 @@ Unknowns (q'', F, lambda), for every ball and every contact, from
     ball sticks:  psi_i'' - psi'' = 0
     contact closed:  gap'' = 0,   open:  lambda = 0
 
-B has the rows s' = B q', the path speeds along the race; C the rows gap' = C q' times R, so that
-lambda is a force.
+B has the rows s' = B q', the path speeds along the race. C has the rows gap' = C q' times R, so
+that lambda is a force.
 """
 
 from typing import NamedTuple
@@ -24,7 +24,7 @@ FREE, STUCK, FORWARD, BACKWARD = 0, 2, 1, -1
 
 
 class Mode(NamedTuple):
-    """What each ball does (one of the above), which contacts are closed, the motor's regime."""
+    """State of each ball (as above), closed contacts, and regime of the motor."""
 
     balls: tuple[int, ...]
     closed: tuple[bool, ...]
@@ -32,28 +32,28 @@ class Mode(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Accelerations and the forces that go with them."""
+    """Accelerations, and the forces that belong to them."""
 
     accelerations: Array
-    """q''."""
+    """Accelerations q''."""
     friction: Array
-    """F, along the race."""
+    """Friction F along the race [N]."""
     normal: Array
-    """N, inwards on the ball."""
+    """Normal force N, inwards on the ball [N]."""
     contact: Array
-    """lambda, tangential."""
+    """Contact force lambda, tangential [N]."""
     torque: float
-    """On the rotor, from outside."""
+    """External torque on the rotor [N m]."""
     integrator: float
-    """z'."""
+    """Rate z' of the speed loop's integral."""
     losses: Array
-    """W, in suspension, drag and friction."""
+    """Losses in suspension, drag and friction [W]."""
 
 
 def solve(
     plant: Plant, chain: Chain, mode: Mode, asked: motors.Command, q: Array, rates: Array, z: float
 ) -> Forces:
-    """Solve the system above."""
+    """Solve the system of the module's docstring."""
     p, n, size, psi = plant.p, plant.count, plant.size, plant.psi
     k = plant.system(q, rates)
     total = size + n + chain.size

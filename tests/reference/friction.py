@@ -1,8 +1,8 @@
-"""The set-valued laws: which modes agree with a state, and what ends them.
+"""Set-valued laws: modes that are consistent with a state, and the ends of modes.
 
 Coulomb's law, contacts and the motor's limits are each a choice of mode with conditions. A mode
-that meets all of them at an instant is the motion just after it. Guards stay positive while the
-mode lasts; they change sign a slack beyond the condition, so a mode that has ended cannot be
+that meets all conditions at an instant is the motion just after it. Guards stay positive while the
+mode lasts. They change sign slightly beyond the condition, so that a mode that has ended cannot be
 chosen again at the same instant.
 """
 
@@ -18,17 +18,17 @@ from .dynamics import BACKWARD, FORWARD, FREE, STUCK, Forces, Mode, solve
 from .plant import Array, Plant
 
 FORCE_SLACK = 1e-13
-"""N."""
+"""Slack of forces [N]."""
 RATE_SLACK = 1e-11
-"""rad/s."""
+"""Slack of rates [rad/s]."""
 GAP_SLACK = 1e-12
-"""rad."""
+"""Slack of gaps [rad]."""
 ACCELERATION_SLACK = 1e-9
-"""rad/s^2, of a gap that opens."""
+"""Slack of the acceleration of a gap that opens [rad/s^2]."""
 
 
 class Guard(NamedTuple):
-    """A number that is positive as long as the mode lasts, and what its end is called."""
+    """Number that is positive as long as the mode lasts, and name of the event at its end."""
 
     kind: str
     which: int
@@ -36,7 +36,7 @@ class Guard(NamedTuple):
 
 
 def pinned(mode: Mode, chain: Chain) -> set[int]:
-    """Balls that cannot move: stuck ones, and all that closed contacts tie to them."""
+    """Return the balls that cannot move: stuck ones, and those tied to them by closed contacts."""
     held = {i for i, state in enumerate(mode.balls) if state == STUCK}
     for _ in mode.balls:
         for c, closed in enumerate(mode.closed):
@@ -47,7 +47,7 @@ def pinned(mode: Mode, chain: Chain) -> set[int]:
 
 
 def independent(mode: Mode, chain: Chain) -> bool:
-    """Whether no closed contact repeats what the others and stuck balls already say."""
+    """Return whether no closed contact is implied by the others and by stuck balls."""
     root = list(range(len(mode.balls) + 1))
     ground = len(mode.balls)
 
@@ -66,7 +66,7 @@ def independent(mode: Mode, chain: Chain) -> bool:
 
 
 def candidates(plant: Plant, chain: Chain, q: Array, rates: Array) -> Iterator[Mode]:
-    """Modes that the velocities allow, the most firmly held first."""
+    """Yield the modes that the velocities allow, those with most constraints first."""
     choices: list[tuple[int, ...]] = []
     for coefficient, slide in zip(plant.coefficients, plant.theta(rates), strict=True):
         if coefficient == 0.0:
@@ -84,7 +84,7 @@ def candidates(plant: Plant, chain: Chain, q: Array, rates: Array) -> Iterator[M
 
 
 def agrees(plant: Plant, chain: Chain, mode: Mode, forces: Forces, q: Array, rates: Array) -> bool:
-    """Whether forces and accelerations are those that the mode takes for granted."""
+    """Return whether forces and accelerations meet the conditions of the mode."""
     slide = plant.theta(rates)
     gain = plant.theta(forces.accelerations)
     slack = 0.5 * FORCE_SLACK
@@ -113,7 +113,7 @@ def agrees(plant: Plant, chain: Chain, mode: Mode, forces: Forces, q: Array, rat
 def choose_mode(
     plant: Plant, chain: Chain, asked: motors.Command, q: Array, rates: Array, z: float
 ) -> Mode:
-    """The mode just after an instant."""
+    """Return the mode just after an instant."""
     speed = float(rates[plant.psi])
     # The torque does not jump between regimes that meet, so a provisional one serves to find w'.
     regime = motors.Regime()
@@ -142,7 +142,7 @@ def guards(
     rates: Array,
     z: float,
 ) -> list[Guard]:
-    """Everything that can end the mode."""
+    """Return the guards of all events that can end the mode."""
     found: list[Guard] = []
     slide = plant.theta(rates)
     fixed = pinned(mode, chain)
@@ -173,7 +173,7 @@ def guards(
 
 
 def settled(plant: Plant, chain: Chain, mode: Mode, q: Array, rates: Array) -> tuple[Array, Array]:
-    """q and q' with what the mode holds held exactly: rates of stuck balls, closed gaps."""
+    """Return q and q' with the constraints of the mode met exactly: stuck balls, closed gaps."""
     q, rates, first = q.copy(), rates.copy(), plant.psi + 1
     speed = rates[plant.psi]
     for i, coefficient in enumerate(plant.coefficients):

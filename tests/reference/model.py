@@ -22,26 +22,26 @@ from .plant import Array, Curve, Plant, System
 
 
 class Kinematics(NamedTuple):
-    """V, b and V^T W V as above, and what forces act on."""
+    """Matrices V, b and V^T W V as above, and geometry on which forces act."""
 
     rows: Array
-    """V, (5 + 3 n) x (3 + n)."""
+    """V, shape (5 + 3 n, 3 + n)."""
     bias: Array
     """b = (V)' q'."""
     mass: Array
-    """V^T W V."""
+    """Mass matrix V^T W V."""
     cosines: Array
-    """cos psi_i and"""
+    """cos psi_i, the x components of the race's outward unit normals at the balls."""
     sines: Array
-    """sin psi_i: the outward unit normals of the race at the balls, inertial axes."""
+    """sin psi_i, the y components of the race's outward unit normals at the balls."""
     path: Array
     """ds/dtheta of each ball; R on a circle."""
     arms: Array
-    """Balls from the deck centre, 2 x n, inertial axes."""
+    """Positions of the balls from the deck centre, shape (2, n), on inertial axes."""
 
 
 class Model(Plant):
-    """Params with what follows from them once and for all: W, K, C, sag."""
+    """Params with derived constants: W, K, C, sag."""
 
     def __init__(self, p: Params) -> None:
         n = p.count
@@ -75,7 +75,7 @@ class Model(Plant):
         )
 
     def kinematics(self, q: Array, rates: Array) -> Kinematics:
-        """V, b and so on at coordinates ``q`` and ``rates`` q'.
+        """Return V, b and geometry at coordinates ``q`` and ``rates`` q'.
 
         A ball is at P = r + Q(psi) X(theta), theta = psi_i - psi. With X' = g t, g = h + h'':
 
@@ -110,7 +110,7 @@ class Model(Plant):
         return Kinematics(rows, bias, mass, co, si, path, np.array([arm_x, arm_y]))
 
     def system(self, q: Array, rates: Array) -> System:
-        """The equations of motion; N = -m (P'' - g) . n."""
+        """Return the equations of motion; N = -m (P'' - g) . n."""
         n, k = self.count, self.kinematics(q, rates)
         gx, gy = self.gravity
         in_x, in_y = slice(5, 5 + n), slice(5 + n, 5 + 2 * n)
@@ -121,7 +121,7 @@ class Model(Plant):
         return System(k.mass, self.known_forces(k, q, rates), rows, known, k.path, damping)
 
     def known_forces(self, k: Kinematics, q: Array, rates: Array) -> Array:
-        """Q - V^T W b, with Q of suspension, gravity (V^T W g) and race drag.
+        """Return Q - V^T W b, with Q of suspension, gravity (V^T W g) and race drag.
 
         The drag -c_b s' does work on the path of each ball, s' = g (psi_i' - psi').
         """
@@ -133,11 +133,11 @@ class Model(Plant):
         return force
 
     def spring_force(self, u: Array) -> Array:
-        """-K u - cubic |u|^2 u at a displacement u from the unloaded suspension."""
+        """Return -K u - cubic |u|^2 u at a displacement u from the unloaded suspension [N]."""
         return -(self.stiffness @ u) - self.p.suspension.cubic * (u @ u) * u
 
     def _sag(self) -> Array:
-        """Static displacement under gravity: spring_force(sag) = -M g, by Newton's method."""
+        """Return the displacement under gravity by Newton's method: spring_force(sag) = -M g."""
         load = self.p.mass * self.gravity
         u = np.zeros(2)
         if not load.any():
@@ -152,7 +152,7 @@ class Model(Plant):
         return u
 
     def energy(self, q: Array, rates: Array) -> float:
-        """Kinetic energy, springs and gravity [J]; I_r w^2/2 only where a motor brings I_r."""
+        """Return the energy of motion, springs and gravity [J], I_r w^2/2 with a motor."""
         k = self.kinematics(q, rates)
         u = self.sag + q[:2]
         kinetic = 0.5 * self.weights @ (k.rows @ rates) ** 2

@@ -1,4 +1,4 @@
-"""Spindle command and the motor's clipped PI law, its integral tracking the clipped torque.
+"""Spindle command, and the motor's clipped PI law whose integral tracks the clipped torque.
 
 With raw = kp (w_cmd - w) + ki z and a limit L the regimes are
 
@@ -13,18 +13,18 @@ from .params import Motor, Params, Swing
 
 LINEAR, SATURATED = 0, 1
 SLACK = 1e-12
-"""Relative to the limit: how far raw passes it before the regime changes."""
+"""Excess of raw, relative to the limit, at which the regime changes."""
 
 
 class Regime(NamedTuple):
-    """One of the above, and which limit (+1 or -1; 0 for LINEAR)."""
+    """Regime as above, with the sign of the limit (+1 or -1; 0 for LINEAR)."""
 
     kind: int = LINEAR
     side: int = 0
 
 
 class Command(NamedTuple):
-    """Angle, speed and acceleration that the segments ask for."""
+    """Angle, speed and acceleration that the segments command."""
 
     angle: float
     speed: float
@@ -32,7 +32,7 @@ class Command(NamedTuple):
 
 
 def breakpoints(p: Params) -> list[float]:
-    """Times at which the commanded acceleration jumps."""
+    """Return the times at which the commanded acceleration jumps [s]."""
     times, now = [], 0.0
     for segment in p.spindle.segments:
         now += duration_of(segment)
@@ -41,7 +41,7 @@ def breakpoints(p: Params) -> list[float]:
 
 
 def command(p: Params, start: float, time: float) -> Command:
-    """The command at ``time``, on the segment that is in force just after ``start``."""
+    """Return the command at ``time``, on the segment in force just after ``start``."""
     begin, angle, speed = 0.0, p.spindle.angle, p.spindle.speed
     for segment in p.spindle.segments:
         duration = duration_of(segment)
@@ -53,12 +53,12 @@ def command(p: Params, start: float, time: float) -> Command:
 
 
 def duration_of(segment: tuple[float, float] | Swing) -> float:
-    """How long it lasts [s]."""
+    """Return the duration of a segment [s]."""
     return segment.duration if isinstance(segment, Swing) else segment[0]
 
 
 def along(segment: tuple[float, float] | Swing, angle: float, speed: float, t: float) -> Command:
-    """The command ``t`` [s] after a segment begins with an angle and a speed."""
+    """Return the command ``t`` [s] after a segment begins with an angle and a speed."""
     if isinstance(segment, Swing):
         half, rate = 0.5 * segment.change, pi / segment.duration
         turned = (speed + half) * t - half / rate * sin(rate * t)
@@ -69,24 +69,24 @@ def along(segment: tuple[float, float] | Swing, angle: float, speed: float, t: f
 
 
 def raw_torque(motor: Motor, asked: Command, speed: float, z: float) -> float:
-    """What the controller asks for: kp (w_cmd - w) + ki z."""
+    """Return the torque that the controller requests: kp (w_cmd - w) + ki z."""
     return motor.kp * (asked.speed - speed) + motor.ki * z
 
 
 def torque(motor: Motor, regime: Regime, raw: float, speed: float) -> float:
-    """T on the rotor."""
+    """Return the torque T on the rotor."""
     return (raw if regime.kind == LINEAR else regime.side * motor.limit) - motor.slope * speed
 
 
 def integrator_rate(motor: Motor, regime: Regime, asked: Command, speed: float, z: float) -> float:
-    """z'."""
+    """Return the rate z' of the integral."""
     raw = raw_torque(motor, asked, speed, z)
     excess = raw - regime.side * motor.limit if regime.kind == SATURATED else 0.0
     return asked.speed - speed - (excess / motor.kp if excess else 0.0)
 
 
 def choose(motor: Motor, asked: Command, speed: float, acceleration: float, z: float) -> Regime:
-    """The regime just after an instant; T and z', and so raw', are the same in all that meet."""
+    """Return the regime just after an instant; T, z' and raw' agree in all suitable regimes."""
     raw = raw_torque(motor, asked, speed, z)
     side = 1 if raw >= 0.0 else -1
     beyond = abs(raw) - motor.limit
@@ -99,7 +99,7 @@ def choose(motor: Motor, asked: Command, speed: float, acceleration: float, z: f
 def guards(
     motor: Motor, regime: Regime, asked: Command, speed: float, acceleration: float, z: float
 ) -> list[float]:
-    """Two numbers that stay positive as long as the regime lasts."""
+    """Return two numbers that stay positive as long as the regime lasts."""
     raw = raw_torque(motor, asked, speed, z)
     slack = SLACK * motor.limit
     if regime.kind == LINEAR:

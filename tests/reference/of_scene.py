@@ -1,4 +1,4 @@
-"""From a scene to the reference's parameters, so that both simulate the same drive."""
+"""Conversion of a scene to the reference's parameters, so that both simulate the same drive."""
 
 import math
 from typing import Any
@@ -23,12 +23,12 @@ from tests.reference.plant import Array, Plant
 
 
 def plant_of(scene: Any) -> Plant:
-    """A scene's plant, in the plane or in space."""
+    """Return a scene's plant, in the plane or in space."""
     return Model(params_of(scene)) if scene.deck is None else DeckModel(deck_of(scene))
 
 
 def params_of(scene: Any) -> Params:
-    """The parameters of a scene in the plane."""
+    """Return the parameters of a scene in the plane."""
     effects = scene.effects
     gravity = effects.get("gravity")
     return Params(
@@ -51,7 +51,7 @@ def params_of(scene: Any) -> Params:
 
 
 def deck_of(scene: Any) -> DeckParams:
-    """The parameters of a scene in space."""
+    """Return the parameters of a scene in space."""
     effects, rotor, balls = scene.effects, scene.rotor, scene.balls
     if sorted(balls.races) != [*balls.races]:
         raise ValueError(f"the reference counts balls race by race, not {balls.races}")
@@ -91,7 +91,7 @@ def deck_of(scene: Any) -> DeckParams:
 
 
 def _weight(gravity: Any) -> Array:
-    """Down is -Z of a disc that lies flat; turned from there by the tilt, about a level axis."""
+    """Return gravity [m/s^2]: -Z for a flat disc, turned by the tilt about a level axis."""
     across, along = math.sin(gravity.tilt), -math.cos(gravity.tilt)
     level = math.cos(gravity.direction), math.sin(gravity.direction)
     return gravity.acceleration * np.array([across * level[0], across * level[1], along])
@@ -161,7 +161,7 @@ def _suspension(effects: Any) -> Suspension:
 
 
 def _segments(scene: Any) -> tuple[tuple[float, float] | Swing, ...]:
-    """As the reference wants them; the drive's own pieces would be no check."""
+    """Return the segments of the profile; they do not use those of the drive, to be a check."""
     profile = scene.profile
     if profile is None:
         return ()

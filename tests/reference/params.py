@@ -1,4 +1,4 @@
-"""What the reference simulator is told: plain numbers in SI units, every effect optional."""
+"""Parameters of the planar reference simulator: plain numbers in SI units, optional effects."""
 
 from dataclasses import dataclass, field, replace
 
@@ -20,13 +20,13 @@ class Suspension:
 
     @classmethod
     def isotropic(cls, k: float, c: float = 0.0) -> "Suspension":
-        """The same stiffness k and damping c in every direction."""
+        """Return a suspension with stiffness k and damping c in all directions."""
         return cls(k, k, c, c)
 
 
 @dataclass(frozen=True)
 class Runout:
-    """A race that is not a circle about the spindle.
+    """Race that is not a circle about the spindle.
 
     Ball centres at X(theta) = d + h n + h' t on the rotating axes, where
     h = R + oval cos(2 (theta - oval_angle)), n = (cos theta, sin theta), t = dn/dtheta and
@@ -40,7 +40,7 @@ class Runout:
 
 @dataclass(frozen=True)
 class Friction:
-    """|F| <= f max(N, 0) with f = arm / a + constant; F = -f max(N, 0) sign(theta') in slip."""
+    """Friction |F| <= f max(N, 0), f = arm / a + constant; in slip opposite to theta'."""
 
     arm: float = 0.0
     constant: float = 0.0
@@ -48,7 +48,7 @@ class Friction:
 
 @dataclass(frozen=True)
 class Contact:
-    """Balls that cannot pass each other: Newton restitution.
+    """Contact of balls that cannot pass each other, with Newton's restitution.
 
     Impacts slower than ``rest_speed`` [m/s], which is |s_j' - s_i'|, are plastic.
     """
@@ -59,7 +59,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Motor:
-    """Speed controller and rotor: the spindle speed is a state.
+    """Speed controller and rotor, so that the spindle speed is a state.
 
     T = clip(raw, -limit, limit) - slope w with raw = kp (w_cmd - w) + ki z, and
     z' = w_cmd - w - (raw - clip(raw)) / kp. The spindle's segments are the command w_cmd.
@@ -74,7 +74,7 @@ class Motor:
 
 @dataclass(frozen=True)
 class Swing:
-    """A segment in which the speed goes along half a cosine, by ``change`` [rad/s] in all."""
+    """Segment in which the speed follows half a cosine, with a total ``change`` [rad/s]."""
 
     duration: float
     change: float
@@ -84,9 +84,8 @@ class Swing:
 class Spindle:
     """Speed (or, with a motor, command) from ``speed`` on, in segments.
 
-    A segment is a Swing, or [duration, acceleration]. After the last segment the speed is held.
-    Without ``feel_acceleration`` the angle follows the profile, but no inertia force knows of
-    psi''.
+    A segment is a Swing, or [duration, acceleration]. After the last segment the speed is constant.
+    Without ``feel_acceleration`` the angle follows the profile, but psi'' causes no inertia forces.
     """
 
     speed: float = 0.0
@@ -97,10 +96,10 @@ class Spindle:
 
 @dataclass(frozen=True)
 class Params:
-    """One rotor with its balls.
+    """Rotor with its balls.
 
     ``mass`` is the total moving mass, balls included; ``unbalance_mass`` M0 carries the
-    eccentricity and is the mass without balls unless given. ``spin``: balls roll without slip.
+    eccentricity; its default is the mass without balls. ``spin``: balls roll without slip.
     """
 
     mass: float
@@ -127,12 +126,12 @@ class Params:
 
     @property
     def count(self) -> int:
-        """Number of balls n."""
+        """Return the number of balls n."""
         return len(self.ball_masses)
 
     @property
     def carrier_mass(self) -> float:
-        """M0, the mass that carries the unbalance."""
+        """Return M0, the mass that carries the unbalance [kg]."""
         return (
             self.mass - sum(self.ball_masses)
             if self.unbalance_mass is None
@@ -140,9 +139,9 @@ class Params:
         )
 
     def friction_coefficients(self) -> tuple[float, ...]:
-        """f_i of each ball."""
+        """Return the friction coefficient f_i of each ball."""
         return tuple(self.friction.arm / a + self.friction.constant for a in self.ball_radii)
 
     def but(self, **changes: object) -> "Params":
-        """The same with some fields replaced."""
+        """Return the parameters with some fields replaced."""
         return replace(self, **changes)  # type: ignore[arg-type]

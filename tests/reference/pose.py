@@ -1,4 +1,4 @@
-"""Poses as products of exponentials, carried along with their derivatives.
+"""Poses as products of exponentials, with their derivatives.
 
 A body's pose is a homogeneous 4 x 4 matrix H = [B, r; 0, 1], and every pose here is a product
 
@@ -6,8 +6,8 @@ A body's pose is a homogeneous 4 x 4 matrix H = [B, r; 0, 1], and every pose her
 
 of rotations about and shifts along one axis each, by numbers u_k(q) of the coordinates (Brockett's
 formula; Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation (1994), ch. 3).
-As d exp(G u) / du = exp(G u) G for both, the product rule gives dH/dq and H'' factor by factor.
-There are no angular velocities and no gyroscopic terms: H'' has them.
+Because d exp(G u) / du = exp(G u) G for both, the product rule gives dH/dq and H'' factor by
+factor. There are no angular velocities and no gyroscopic terms: H'' includes them.
 
 Arrays may be complex, for derivatives by complex steps.
 """
@@ -20,12 +20,12 @@ from .plant import Array
 
 
 class Generator(NamedTuple):
-    """G of a motion exp(G u), and its square."""
+    """Generator G of a motion exp(G u), and its square."""
 
     matrix: Array
     square: Array
     turns: bool
-    """A rotation, with G^3 = -G; a shift has G^2 = 0."""
+    """True for a rotation, with G^3 = -G; a shift has G^2 = 0."""
 
 
 def _generator(turns: bool, *entries: tuple[int, int, float]) -> Generator:
@@ -47,21 +47,21 @@ ONE = np.eye(4)
 
 
 class Number(NamedTuple):
-    """A function u(q), or a row of them, at one state."""
+    """Function u(q), or a row of functions, at one state."""
 
     value: Array
     gains: Array
-    """u', u'' where q'' = 0, and du/dq, along one more, last, index."""
+    """u', u'' for q'' = 0, and du/dq, along an additional last index."""
 
     def through(self, f: Array, df: Array, ddf: Array) -> "Number":
-        """f(u), with its first and second derivative by u."""
+        """Return f(u), from its first and second derivative by u."""
         gains = np.asarray(df)[..., None] * self.gains
         gains[..., 1] += ddf * self.gains[..., 0] ** 2
         return Number(f, gains)
 
 
 def linear(weights: Array, value: Array, rate: Array) -> Number:
-    """weights . q, with its value and its rate."""
+    """Return weights . q, with its value and its rate."""
     rate = np.asarray(rate)
     gains = np.zeros((*rate.shape, 2 + len(weights)), rate.dtype)
     gains[..., 0], gains[..., 2:] = rate, weights
@@ -69,33 +69,33 @@ def linear(weights: Array, value: Array, rate: Array) -> Number:
 
 
 class Pose(NamedTuple):
-    """H, or a row of them, at one state."""
+    """Pose H, or a row of poses, at one state."""
 
     parts: Array
-    """H, H', H'' where q'' = 0, and dH/dq, along the index before the matrix's two."""
+    """H, H', H'' for q'' = 0, and dH/dq, along the index before those of the matrix."""
 
     @property
     def value(self) -> Array:
-        """H."""
+        """Return H."""
         return self.parts[..., 0, :, :]
 
     @property
     def rate(self) -> Array:
-        """H'."""
+        """Return H'."""
         return self.parts[..., 1, :, :]
 
     @property
     def bias(self) -> Array:
-        """H'' where q'' = 0."""
+        """Return H'' for q'' = 0."""
         return self.parts[..., 2, :, :]
 
     @property
     def slopes(self) -> Array:
-        """dH/dq, with the coordinate's index before the matrix's two."""
+        """Return dH/dq, with the coordinate's index before those of the matrix."""
         return self.parts[..., 3:, :, :]
 
     def then(self, generator: Generator, u: Number) -> "Pose":
-        """H exp(G u)."""
+        """Return H exp(G u)."""
         moved = self.fixed(exponential(generator, u.value))
         speed = u.gains[..., 0, None, None]
         bend = (2.0 * speed) * (moved.rate @ generator.matrix)
@@ -108,14 +108,14 @@ class Pose(NamedTuple):
         return Pose(parts)
 
     def fixed(self, motion: Array) -> "Pose":
-        """H A with a constant A."""
+        """Return H A with a constant A."""
         *many, count, _, _ = self.parts.shape
         rows = self.parts.reshape(*many, 4 * count, 4) @ motion  # quicker than one by one
         return Pose(rows.reshape(*rows.shape[:-2], count, 4, 4))
 
 
 def exponential(generator: Generator, u: Array) -> Array:
-    """exp(G u): 1 + G u of a shift, by Rodrigues' formula of a rotation."""
+    """Return exp(G u): 1 + G u for a shift, Rodrigues' formula for a rotation."""
     u = np.asarray(u)[..., None, None]
     if not generator.turns:
         return ONE + generator.matrix * u
@@ -123,7 +123,7 @@ def exponential(generator: Generator, u: Array) -> Array:
 
 
 def shift(vector: Array) -> Array:
-    """The matrix that shifts by a vector, or a row of them."""
+    """Return the matrix that shifts by a vector, or a row of matrices."""
     vector = np.asarray(vector, float)
     made = np.broadcast_to(np.eye(4), (*vector.shape[:-1], 4, 4)).copy()
     made[..., :3, 3] = vector
@@ -131,7 +131,7 @@ def shift(vector: Array) -> Array:
 
 
 def shifted(place: Array, rate: Array, coordinates: int) -> Pose:
-    """The pose of axes that the first three of so many coordinates shift from the ground's."""
+    """Return the pose of axes that the first three coordinates shift from the ground's axes."""
     parts = np.zeros((3 + coordinates, 4, 4), np.result_type(place, rate))
     parts[0] = ONE
     parts[0, :3, 3], parts[1, :3, 3] = place, rate
@@ -140,15 +140,15 @@ def shifted(place: Array, rate: Array, coordinates: int) -> Pose:
 
 
 def pseudo_inertia(mass: float, centre: Array, inertia: Array) -> Array:
-    """P, the integral of (p, 1) (p, 1)^T dm over a body, p on its axes [kg m^2, kg m, kg].
+    """Return P, the integral of (p, 1) (p, 1)^T dm over a body, p on its axes [kg m^2, kg m, kg].
 
-    Then 2 T = tr(H' P H'^T), the generalised inertial force is tr(dH/dq P H''^T) (Uicker's
-    matrices), and no point of the body is special.
+    Then 2 T = tr(H' P H'^T), and the generalised inertial force is tr(dH/dq P H''^T) (Uicker's
+    matrices), for any reference point of the body.
 
     Args:
-        mass: of the body.
-        centre: its centre of mass, from the origin of the axes.
-        inertia: about the centre of mass; a product of inertia is *minus* the integral of x y dm.
+        mass: mass of the body [kg].
+        centre: centre of mass from the origin of the axes [m].
+        inertia: inertia about the centre of mass; a product is *minus* the integral of x y dm.
     """
     place = np.append(centre, 1.0)
     made = mass * np.outer(place, place)

@@ -1,4 +1,4 @@
-"""Run the reference: one solve_ivp for every mode, events located by scipy."""
+"""Runs of the reference: one solve_ivp for every mode, with events located by scipy."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from .plant import Array, Plant
 
 
 class Event(NamedTuple):
-    """What happened at ``time`` [s].
+    """Event at ``time`` [s].
 
-    To a ball: stick, reverse, release, load, unload; to a contact: impact, part; or motor, where
-    its regime changes. For contacts, ``ball`` is the one behind; ``loss`` is the energy [J] that
-    an impact takes.
+    Kinds of a ball: stick, reverse, release, load, unload; of a contact: impact, part; motor: a
+    change of its regime. For contacts, ``ball`` is the rear one; ``loss`` is the energy [J] that an
+    impact dissipates.
     """
 
     time: float
@@ -40,94 +40,94 @@ class Start:
     vx: float = 0.0
     vy: float = 0.0
     rates: tuple[float, ...] = ()
-    """theta_i'; zero unless given."""
+    """Ball rates theta_i' [rad/s]; default: 0."""
     speed: float | None = None
-    """w with a motor; the command's unless given."""
+    """Speed w with a motor [rad/s]; default: that of the command."""
     z: float = 0.0
 
 
 @dataclass(frozen=True)
 class Result:
-    """The motion at ``times``; arrays have one row per time. Energies are integrals from t = 0."""
+    """Motion at ``times``; arrays have one row per time. Energies are integrals from t = 0."""
 
     plant: Plant
     times: Array
     q: Array
     """x, y, psi, psi_1, ..., or with the deck's other four coordinates after y."""
     rates: Array
-    """q'."""
+    """Rates q'."""
     z: Array
     work: Array
-    """J, of the torque from outside on the rotor."""
+    """Work of the external torque on the rotor [J]."""
     losses: Array
-    """J, of suspension, drag, friction and impacts, four columns."""
+    """Losses of suspension, drag, friction and impacts [J], four columns."""
     events: tuple[Event, ...]
 
     @property
     def x(self) -> Array:
-        """Deck [m], inertial, from its static equilibrium; in space from relaxed springs."""
+        """Return the deck's inertial x [m], from its equilibrium; in space from relaxed springs."""
         return self.q[:, 0]
 
     @property
     def y(self) -> Array:
-        """As x."""
+        """Return y of the deck [m], counted like ``x``."""
         return self.q[:, 1]
 
     @property
     def vx(self) -> Array:
-        """Deck's velocity [m/s], inertial."""
+        """Return the deck's velocity along x [m/s], inertial."""
         return self.rates[:, 0]
 
     @property
     def vy(self) -> Array:
-        """As vx."""
+        """Return the deck's velocity along y [m/s], inertial."""
         return self.rates[:, 1]
 
     @property
     def deck(self) -> Array:
-        """The deck's coordinates, a column for each."""
+        """Return the deck's coordinates, a column for each."""
         return self.q[:, : self.plant.psi]
 
     @property
     def deck_rates(self) -> Array:
-        """Their rates."""
+        """Return the rates of the deck's coordinates, a column for each."""
         return self.rates[:, : self.plant.psi]
 
     @property
     def psi(self) -> Array:
-        """Spindle angle [rad]."""
+        """Return the spindle angle [rad]."""
         return self.q[:, self.plant.psi]
 
     @property
     def w(self) -> Array:
-        """Spindle speed [rad/s]."""
+        """Return the spindle speed [rad/s]."""
         return self.rates[:, self.plant.psi]
 
     @property
     def theta(self) -> Array:
-        """Ball angles from the unbalance [rad], unwrapped, a column for each ball."""
+        """Return the ball angles from the unbalance [rad], unwrapped, a column for each ball."""
         return self.plant.theta(self.q)
 
     @property
     def theta_rate(self) -> Array:
-        """theta_i' [rad/s]."""
+        """Return the ball rates theta_i' [rad/s], a column for each ball."""
         return self.plant.theta(self.rates)
 
     def energy(self) -> Array:
-        """Kinetic energy, springs and gravity [J]."""
+        """Return the energy of motion, springs and gravity [J]."""
         pairs = zip(self.q, self.rates, strict=True)
         return np.array([self.plant.energy(q, v) for q, v in pairs])
 
     def imbalance(self) -> Array:
-        """What of E - work + losses has gained since the first of the times [J]: zero."""
+        """Return the change of E - work + losses since the first time [J], which must be 0."""
         kept = self.energy() - self.work + self.losses.sum(axis=1)
         return kept - kept[0]
 
 
 class Problem:
-    """The state vector (q, q', z, work, three losses) and its derivative in a mode.
+    """State vector (q, q', z, work, three losses) and its derivative in a mode.
 
-    Scipy asks several events for values at one state, so the last forces are remembered.
+    Scipy evaluates several events at one state, so the last forces are cached.
     """
 
     def __init__(self, plant: Plant, angles: Array) -> None:
@@ -137,23 +137,23 @@ class Problem:
         self._guards: list[Guard] = []
 
     def split(self, y: Array) -> tuple[Array, Array, float]:
-        """q, q' and z."""
+        """Return q, q' and z."""
         return y[: self.size], y[self.size : 2 * self.size], float(y[2 * self.size])
 
     def forces(self, start: float, t: float, y: Array, mode: Mode) -> Forces:
-        """Forces in a mode, on the command's segment that holds after ``start``."""
+        """Return the forces in a mode, on the command's segment in force after ``start``."""
         asked = motor.command(self.p, start, t)
         return solve(self.plant, self.chain, mode, asked, *self.split(y))
 
     def derivative(self, start: float, mode: Mode, t: float, y: Array) -> Array:
-        """Of the state vector."""
+        """Return the derivative of the state vector."""
         forces = self.forces(start, t, y, mode)
         _, rates, _ = self.split(y)
         driven = [forces.integrator, forces.torque * rates[self.plant.psi]]
         return np.concatenate([rates, forces.accelerations, driven, forces.losses])
 
     def guards(self, start: float, t: float, y: Array, mode: Mode) -> list[Guard]:
-        """What can end the mode."""
+        """Return the guards of all events that can end the mode."""
         key = (t, y.tobytes())
         if key != self._key:
             asked = motor.command(self.p, start, t)
@@ -164,7 +164,7 @@ class Problem:
         return self._guards
 
     def events(self, start: float, y: Array, mode: Mode) -> list[Callable[[float, Array], float]]:
-        """One function for each guard, as scipy wants them."""
+        """Return one event function for each guard, as scipy needs them."""
         self._key = None
 
         def event(index: int) -> Callable[[float, Array], float]:
@@ -178,9 +178,9 @@ class Problem:
 
 
 def tolerances(plant: Plant, rtol: float, implicit: bool) -> tuple[Array | float, Array]:
-    """Rtol and atol of the state vector; angles and speeds grow, so theirs are absolute.
+    """Return rtol and atol of the state vector; angles and speeds grow, so theirs are absolute.
 
-    Scipy's implicit methods take no rtol by component: there all are absolute.
+    Scipy's implicit methods take no rtol by component, so there all tolerances are absolute.
     """
     turning, floor = 1 + plant.count, 2.3e-14
     places, rates = (3.0 * np.array(s) if implicit else np.array(s) for s in plant.scales)
@@ -203,17 +203,17 @@ def simulate(
     max_step: float = np.inf,
     max_events: int = 100_000,
 ) -> Result:
-    """The planar rotor's motion from rest at the static equilibrium.
+    """Return the planar rotor's motion from rest at the static equilibrium.
 
     Args:
-        params: the rotor.
+        params: parameters of the rotor.
         theta0: ball angles from the unbalance [rad].
-        times: rising, from 0 or later [s].
+        times: increasing times from 0 or later [s].
         start: another start than rest.
-        method: as for ``follow``, and so on.
-        rtol: see there.
-        max_step: see there.
-        max_events: see there.
+        method: see ``follow``.
+        rtol: see ``follow``.
+        max_step: see ``follow``.
+        max_events: see ``follow``.
     """
     p, s = params, start or Start()
     theta = np.array(theta0, float)
@@ -241,21 +241,21 @@ def follow(
     max_step: float = np.inf,
     max_events: int = 100_000,
 ) -> Result:
-    """The motion from a state at t = 0.
+    """Return the motion from a state at t = 0.
 
     Args:
-        plant: what moves.
-        deck: its coordinates.
+        plant: rotor or deck to simulate.
+        deck: coordinates of the deck.
         theta: ball angles from the unbalance [rad].
         deck_rates: rates of the deck's coordinates.
-        theta_rates: theta_i' [rad/s].
-        times: rising, from 0 or later [s].
-        speed: w with a motor; the command's unless given.
-        z: the motor's integral.
-        method: of solve_ivp; "Radau" for a stiff race.
+        theta_rates: ball rates theta_i' [rad/s].
+        times: increasing times from 0 or later [s].
+        speed: speed w with a motor [rad/s]; default: that of the command.
+        z: integral of the motor's controller.
+        method: method of solve_ivp; "Radau" for a stiff race.
         rtol: relative tolerance; the absolute ones follow from it.
-        max_step: longest step [s], where an event could hide within one.
-        max_events: how many before it gives up.
+        max_step: longest step [s], if an event could hide within a step.
+        max_events: number of events after which the simulation fails.
     """
     p = plant.p
     problem = Problem(plant, theta)
@@ -308,7 +308,7 @@ def follow(
 
 
 def fresh(problem: Problem, now: float, y: Array) -> tuple[Array, Mode]:
-    """The mode just after ``now``, and the state with what it holds held exactly."""
+    """Return the state with the constraints of the mode just after ``now`` met, and the mode."""
     asked = motor.command(problem.p, now, now)
     q, rates, z = problem.split(y)
     mode = friction.choose_mode(problem.plant, problem.chain, asked, q, rates, z)
@@ -318,7 +318,7 @@ def fresh(problem: Problem, now: float, y: Array) -> tuple[Array, Mode]:
 
 
 def happen(problem: Problem, guard: Guard, now: float, y: Array) -> tuple[Event, Array]:
-    """What the event is, and the state after it: only an impact changes it."""
+    """Return the event of a guard, and the state after it; only an impact changes the state."""
     chain, size = problem.chain, problem.size
     ball = int(chain.behind[guard.which]) if guard.kind in ("impact", "part") else guard.which
     if guard.kind != "impact":

@@ -1,9 +1,9 @@
-"""The small-angle equations of Kim and Chung (2002), (13)-(19), with their slips corrected.
+"""Small-angle equations of Kim and Chung (2002), (13)-(19), with corrections of their errors.
 
-Source: deck-3d (``seeds/004_c69cf52d9092f4e1.txt``); the corrections are EQUATIONS.md section 4's.
-A plate on four equal mounts at its corners, its centre P at (0, -d) from the spindle; a disc of
-eccentricity eps at constant speed; n equal balls on a race in its plane; everything at z = 0.
-Products of X, Y, Z, alpha, beta, gamma and their derivatives are left out.
+Source: deck-3d (``seeds/004_c69cf52d9092f4e1.txt``); the corrections are from section 4 of
+EQUATIONS.md. A plate on four equal mounts at its corners, with its centre P at (0, -d) from the
+spindle; a disc of eccentricity eps at constant speed; n equal balls on a race in its plane;
+everything at z = 0. Products of X, Y, Z, alpha, beta, gamma and their derivatives are left out.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from .plant import Array
 
 @dataclass(frozen=True)
 class Plate:
-    """The paper's parameters, with its symbols."""
+    """Parameters of the paper, with its symbols."""
 
     M_P: float = 0.1
     M: float = 0.03
@@ -33,21 +33,21 @@ class Plate:
     c: float = 0.6
     D: float = 1e-5
     eps: float = -2.0 * 2e-4 * 0.03 * np.cos(np.deg2rad(142.3)) / 0.03
-    """-2 m R cos(142.3 deg) / M: the paper's two balls balance at +-142.3 deg."""
+    """Eccentricity -2 m R cos(142.3 deg) / M, which the paper's balls balance at +-142.3 deg."""
     omega: float = 335.0
 
     def but(self, **changes: float) -> "Plate":
-        """The same with some parameters replaced."""
+        """Return the parameters with some of them replaced."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
     @property
     def inertias(self) -> tuple[float, float, float, float, float]:
-        """J_Px, J_Py, J_Pz, J and J_z of (9)."""
+        """Return J_Px, J_Py, J_Pz, J and J_z of (9)."""
         x, y = self.M_P * self.b**2 / 12.0, self.M_P * self.a**2 / 12.0
         return x, y, x + y, 0.25 * self.M * self.R**2, 0.5 * self.M * self.R**2
 
     def exact(self) -> DeckParams:
-        """The same deck for the exact equations."""
+        """Return the same deck for the exact equations."""
         x, y, z, across, along = self.inertias
         corners = [(i * self.a / 2, j * self.b / 2 - self.d) for i in (-1, 1) for j in (-1, 1)]
         return DeckParams(
@@ -59,7 +59,7 @@ class Plate:
         )
 
     def accelerations(self, t: float, q: Array, rates: Array) -> Array:
-        """q'' of q = X, Y, Z, alpha, beta, gamma, phi_i."""
+        """Return q'' of q = X, Y, Z, alpha, beta, gamma, phi_i."""
         M_P, M, m, n, a, b, d, R = (self.M_P, self.M, self.m, self.n, self.a, self.b, self.d,
                                     self.R)  # fmt: skip
         k, c, D, eps, w = self.k, self.c, self.D, self.eps, self.omega
@@ -136,7 +136,7 @@ def simulate_small_angle(
     times: Sequence[float] | Array,
     rtol: float = 1e-11,
 ) -> tuple[Array, Array]:
-    """q and q' at rising times, a row each."""
+    """Return q and q' at increasing times, a row each."""
     size = 6 + p.n
 
     def slope(t: float, y: Array) -> Array:

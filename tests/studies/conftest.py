@@ -1,4 +1,4 @@
-"""What tests of studies share: a folder of results of their own, and nothing kept elsewhere."""
+"""Fixture for tests of studies: a separate folder of results, so that no cached ones are used."""
 
 from tests.analysis.maps.conftest import own_results
 

@@ -1,4 +1,4 @@
-"""Every way out of expressions, called alike: by numbers per input, one value or one per ball."""
+"""Evaluations of expressions by all back ends, with the same arguments."""
 
 import ctypes
 import subprocess
@@ -15,13 +15,13 @@ from ab_sim.tracing.plain import python_function
 from ab_sim.tracing.unrolled import name_of, unrolled
 
 Inputs = dict[str, np.ndarray]
-"""By input's name one number, or one per ball: shape (runs,) or (runs, balls)."""
+"""Values of each input by name, shape (runs,), or (runs, balls) for an input per ball."""
 NAMES = ("a", "b", "c")
 EACH = ("p", "q")
 
 
 def by_plain(roots: Sequence[Expression], balls: int, inputs: Inputs) -> np.ndarray:
-    """Roots' values, shape (runs, numbers): by the Python function."""
+    """Return the roots' values by the Python function, shape (runs, numbers)."""
     flat = [one for root in unrolled(roots, balls) for one in root]
     function = python_function(flat, _arguments(balls))
     runs = len(inputs["a"])
@@ -29,7 +29,7 @@ def by_plain(roots: Sequence[Expression], balls: int, inputs: Inputs) -> np.ndar
 
 
 def by_c(roots: Sequence[Expression], balls: int, inputs: Inputs, folder: Path) -> np.ndarray:
-    """The same by a C compiler."""
+    """Return the roots' values by a C compiler, shape (runs, numbers)."""
     where = {name: f"{name}[0]" for name in NAMES} | {name: f"{name}[i]" for name in EACH}
     stores, at = [], 0
     for root in roots:
@@ -59,7 +59,7 @@ def by_machine(
     inputs: Inputs,
     features: str | None = None,
 ) -> np.ndarray:
-    """The same by machine code made here; runs in lanes as the shape says."""
+    """Return the roots' values by machine code; runs are in lanes as the shape states."""
     balls, lanes = shape
     into = Function("evaluate", ["x", "out"], shape)
     places = {name: MemorySlot("x", k) for k, name in enumerate(NAMES)}

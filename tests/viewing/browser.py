@@ -1,4 +1,4 @@
-"""A real browser, Debian's Chromium without a window, and what is on its screen."""
+"""Real browser, Debian's Chromium without a window, and its screen contents."""
 
 import ctypes.util
 import io
@@ -40,7 +40,7 @@ CUT_OFF = """() => {
 
 
 class Screen:
-    """A page, and whom it has got answers from."""
+    """Page in the browser, and the addresses that answered it."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
@@ -58,7 +58,7 @@ class Screen:
         self._page.set_viewport_size({"width": width, "height": height})
 
     def sideways(self) -> int:
-        """How far the page can be scrolled to the side [px]."""
+        """Return the distance by which the page can be scrolled sideways [px]."""
         return int(
             self._page.evaluate(
                 "document.documentElement.scrollWidth - document.documentElement.clientWidth"
@@ -66,7 +66,7 @@ class Screen:
         )
 
     def cut_off(self) -> list[str]:
-        """Tags of what reaches beyond the right edge, and in no box of the article that scrolls."""
+        """Return the tags of elements beyond the right edge that are in no scrollable box."""
         return [str(tag) for tag in self._page.evaluate(CUT_OFF)]
 
     def viewer_state(self) -> bytes:
@@ -77,19 +77,19 @@ class Screen:
         return self._page.screenshot(timeout=PATIENCE)
 
     def pixels(self) -> NDArray[np.float64]:
-        """The picture now: rows, columns, red, green and blue from 0 to 255."""
+        """Return the present picture: rows, columns, red, green and blue from 0 to 255."""
         picture = np.asarray(image.imread(io.BytesIO(self.png()), format="png"), dtype=float)
         return 255.0 * picture[..., :3]
 
 
 def like(pixels: NDArray[np.float64], color: tuple[int, int, int]) -> NDArray[np.bool_]:
-    """Where a picture has a colour, but for how lines are smoothed."""
+    """Return a mask of pixels with a colour, with a tolerance for smoothed lines."""
     return np.abs(pixels - color).max(axis=-1) <= 24.0
 
 
 @contextmanager
 def browser(width: int = 640, height: int = 420) -> Iterator[Screen]:
-    """A browser that is closed in the end."""
+    """Open a browser that is closed on exit."""
     found = shutil.which("chromium") or shutil.which("chromium-browser")
     assert found, f"Chromium is missing: run {Path('tools/install-browser')}"
     with sync_playwright() as play:

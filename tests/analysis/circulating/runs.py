@@ -1,4 +1,4 @@
-"""Long runs that begin in a circulating state, or beside it."""
+"""Long runs that start in a circulating state, or close to it."""
 
 from typing import Any
 
@@ -14,13 +14,13 @@ from tests.analysis.equilibria.drives import drive
 STALLING: dict[str, Any] = {
     "M": 0.524, "me": 1e-4, "k": 58800.0, "c": 20.0, "R": 0.015, "m": (4e-3,) * 6, "cb": 0.05,
 }  # fmt: skip
-"""Six balls of 4 g, critical speed 335 rad/s."""
+"""Six balls of 4 g; critical speed 335 rad/s."""
 AT = 1152.0
-"""The spindle's speed [rad/s] at which they turn at 307."""
+"""Spindle speed [rad/s] at which the balls circulate at 307 rad/s."""
 
 
 def stalling(**changes: Any) -> Scene:
-    """That drive, with other numbers."""
+    """Return the scene of ``STALLING`` with changes."""
     return drive(**{"rolls": False, **STALLING, **changes})
 
 
@@ -31,14 +31,15 @@ def mean_speeds(
     duration: float = 10.0,
     off: float = 1e-3,
 ) -> np.ndarray:
-    """Of the balls, absolute, over the last half of a run at a held speed [rad/s].
+    """Return the balls' mean absolute speeds over the last half of a run at constant speed [rad/s].
 
     Args:
-        scene: what moves.
-        speed: w [rad/s].
-        begin: what the run begins with, a bunch or a state.
-        duration: s.
-        off: each ball is moved by about so much [rad], so that a bunch can fall apart.
+        scene: scene to run.
+        speed: spindle speed w [rad/s].
+        begin: start of the run, a bunch or a state.
+        duration: duration of the run [s].
+        off: standard deviation of a random displacement of each ball [rad], so that a bunch can
+            fall apart.
     """
     step = round(0.25 / abs(speed), 6)
     held = {"start.speed": speed, "spindle.max_speed": 2.0 * abs(speed), "solver.step": step}

@@ -1,4 +1,4 @@
-"""Drives for these tests; few sets of effects, as each is a kernel."""
+"""Drives for tests of equilibria; few sets of effects, because each needs a compiled kernel."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from ab_sim.model.equations.effects.suspension import Suspension
 from ab_sim.scene import Scene, check_scene
 
 ROLLING = 1.4
-"""m + I/a^2 of a ball that rolls, in m."""
+"""m + I/a^2 of a rolling ball, in units of m."""
 
 
 def drive(
@@ -27,9 +27,9 @@ def drive(
     rolls: bool = True,
     **more: Any,
 ) -> Scene:
-    """A scene from the symbols of the equations; the unbalance M0 e is all that counts of it.
+    """Return a scene from the symbols of the equations; M0 and e enter only as the product M0 e.
 
-    Balls that roll have the cubic spring's kernel, whatever it is; points have not.
+    Rolling balls always have the cubic spring's kernel, also with k3 = 0; point masses do not.
     """
     rest = M - sum(m)
     effects: dict[str, Any] = {
@@ -56,7 +56,7 @@ def drive(
 
 
 def of_oracle(p: dict[str, Any], **more: Any) -> Scene:
-    """A scene from an oracle's parameters."""
+    """Return a scene from the parameters of an oracle case."""
     assert p["kappa"] in (0.0, 0.4)
     return drive(
         M=p["M"], me=p["me"], k=p["kx"], c=p["c"], R=p["R"], m=p["m"], cb=p["cb"],
@@ -65,9 +65,9 @@ def of_oracle(p: dict[str, Any], **more: Any) -> Scene:
 
 
 def altered(system: System, draw: np.random.Generator) -> System:
-    """Other numbers in a system whose balls roll: unlike drives, at random, one kernel.
+    """Return a system with rolling balls and random numbers, for the same kernel.
 
-    From half to thrice as much as would balance; every other one with equal balls.
+    The balls' moments are 0.5 to 3 times the unbalance; every other system has equal balls.
     """
     n, M, R = int(draw.integers(1, 7)), 10.0 ** draw.uniform(-2, 1), 10.0 ** draw.uniform(-2.5, 0)
     e, k = R * 10.0 ** draw.uniform(-4, -1), M * 10.0 ** draw.uniform(2, 6)
@@ -87,5 +87,5 @@ def altered(system: System, draw: np.random.Generator) -> System:
 
 
 def base() -> System:
-    """For ``altered``."""
+    """Return the system whose numbers ``altered`` replaces."""
     return resting_system(drive())

@@ -1,4 +1,4 @@
-"""Scenes for Floquet: one set of effects in the plane, one in space, for their kernels' sake."""
+"""Scenes for Floquet tests: one set of effects in the plane and one in space, to save kernels."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ PLANE: dict[str, Any] = {
     "duration": 1.0,
 }
 ECCENTRICITY = 3.1648941318699605e-4
-"""Of deck-3d's set in the oracle [m]; the scene has six digits of it."""
+"""Eccentricity of the oracle's set deck-3d [m]; the scene's file has only six digits of it."""
 
 
 def plane(**changes: Any) -> Scene:
@@ -36,7 +36,7 @@ def plane(**changes: Any) -> Scene:
 
 
 def equal(stiffness: float, damping: float) -> dict[str, float]:
-    """A suspension that is the same in all directions, as unequal_suspension."""
+    """Return the parameters of unequal_suspension that make it isotropic."""
     return {
         "stiffness_1": stiffness,
         "stiffness_2": stiffness,
@@ -46,5 +46,5 @@ def equal(stiffness: float, damping: float) -> dict[str, float]:
 
 
 def deck(*changes: str) -> Scene:
-    """The feeding deck, with the oracle's eccentricity."""
+    """Return the feeding deck with the oracle's eccentricity, and changes."""
     return load_scene("feeding-deck", [f"rotor.eccentricity={ECCENTRICITY!r}", *changes])

@@ -1,4 +1,4 @@
-"""What tests of maps share: a folder of results of their own, and nothing kept elsewhere."""
+"""Fixture for tests of maps: a separate folder of results, so that no cached results are used."""
 
 from pathlib import Path
 

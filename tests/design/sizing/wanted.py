@@ -1,4 +1,4 @@
-"""What tests size a balancer for."""
+"""Specification of a drive for tests of sizing."""
 
 from typing import Any
 
@@ -15,5 +15,5 @@ DRIVE: dict[str, Any] = {
 
 
 def wanted(**changes: Any) -> DriveSpecification:
-    """That drive, with other numbers."""
+    """Return the specification of ``DRIVE`` with changes."""
     return specification_of(SpecificationTexts(**{**DRIVE, **changes}))

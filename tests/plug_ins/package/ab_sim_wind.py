@@ -1,4 +1,4 @@
-"""A plug-in: wind on the deck, a stepper, and the process that has judged a run as a metric."""
+"""Plug-in with wind on the deck, a stepper, and a metric: the process that judged a run."""
 
 import os
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Wind(NamedTuple):
 
 @ab_sim.register_metric("judged_by", meaning="process that judged the run")
 class JudgedBy:
-    """Number of the process."""
+    """Process id as a metric."""
 
     def __init__(self, scene, samples):
         pass
