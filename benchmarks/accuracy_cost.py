@@ -1,4 +1,4 @@
-"""Measure what an accuracy costs in the thesis' start-up with a hold, without friction.
+"""Measure the cost of an accuracy in the thesis' start-up with a hold, without friction.
 
     python benchmarks/accuracy_cost.py [--out docs] [--repeats 9]
 

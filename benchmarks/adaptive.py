@@ -1,11 +1,11 @@
-"""How start-ups of drives that nobody knows end: six strategies over random drives.
+"""Outcomes of start-ups of unknown drives: six strategies over random drives.
 
     python benchmarks/adaptive.py [--out docs] [--drives 1000] [--varied 200] [--repeats 5]
 
 writes adaptive.json, adaptive.md, adaptive.png and adaptive-strategies.png; two processes take a
-quarter of an hour. The controller runs in C, from examples/firmware_prototype, which tests hold to
-the one in Python bit by bit; the drives are the package's. The seed is used by nothing else: the
-numbers of ab_sim/control/chosen.py were found over drives of other seeds.
+quarter of an hour. The controller runs in C, from examples/firmware_prototype, which tests keep
+bit-identical to that in Python; the drives are those of the package. The seed is used nowhere else:
+the numbers of ab_sim/control/chosen.py were found with drives of other seeds.
 """
 
 import importlib.util
@@ -69,16 +69,16 @@ VARIATIONS = (
     Variation("stiffness x 1.6", stiffness=1.6),
 )
 HELD = (102.0, 0.5)
-"""Of the scene: rad/s, s."""
+"""Hold of the scene: speed [rad/s] and time [s]."""
 TUNED = (110.0, 4.0)
-"""The hold that suits the drive that the random ones vary."""
+"""Hold tuned for the nominal drive, which the random drives vary: speed [rad/s], time [s]."""
 HOLDS = list(itertools.product((94, 97, 100, 103, 106, 110, 115), (0.3, 0.7, 1.5, 3.0, 6.0)))
-"""rad/s, s; of which the best is taken, known afterwards."""
+"""Holds [rad/s, s], of which the best for each drive is chosen afterwards."""
 
 
 @cache
 def library() -> Any:
-    """The controller in C; each process makes its own."""
+    """Compile the controller in C; each process does so."""
     folder = tempfile.TemporaryDirectory()
     made = compiled(Path(folder.name), "double")
     return made, folder
@@ -86,7 +86,7 @@ def library() -> Any:
 
 @cache
 def rule() -> Any:
-    """The decisions of the firmware prototype: it is no package."""
+    """Return the decision rule of the firmware prototype, which is no package."""
     path = ROOT / "examples" / "firmware_prototype" / "start_up.py"
     spec = importlib.util.spec_from_file_location("prototype_start_up", path)
     assert spec is not None and spec.loader is not None
@@ -97,7 +97,7 @@ def rule() -> Any:
 
 
 def adaptive(drawn: Drawn, variation: Variation, seed: int) -> Outcome:
-    """Led by the controller."""
+    """Run a drive under the controller."""
     course = Course(scene_of(drawn, variation))
     controller = InC(library()[0], "double", settings_of(course, variation))
     led(course, controller, variation, np.random.default_rng(seed))
@@ -106,23 +106,23 @@ def adaptive(drawn: Drawn, variation: Variation, seed: int) -> Outcome:
 
 
 class ByRule:
-    """The firmware prototype's rule with the face of the controller."""
+    """Rule of the firmware prototype with the interface of the controller."""
 
     def __init__(self) -> None:
         self.start_up = rule().StartUp(rule().Settings(), lambda text: None)
 
     def sample(self, time: float, angle: float, speed: float, x: float, y: float) -> None:
-        """To it as two samples."""
+        """Pass a sample to the rule as two messages."""
         self.start_up.spindle(time, angle, speed)
         self.start_up.vibration(time, x, y)
 
     def command(self, time: float) -> float:
-        """Its clock counts periods."""
+        """Return the command; the rule's clock counts periods."""
         return float(self.start_up.tick(PERIOD))
 
 
 def by_rule(drawn: Drawn, variation: Variation, seed: int) -> Outcome:
-    """Led by that; it listens to accelerations."""
+    """Run a drive under the rule, which uses accelerations."""
     course = Course(scene_of(drawn, variation))
     listening = variation._replace(quantity="acceleration")
     led(course, ByRule(), listening, np.random.default_rng(seed))
@@ -130,12 +130,12 @@ def by_rule(drawn: Drawn, variation: Variation, seed: int) -> Outcome:
 
 
 def best(outcomes: list[Outcome]) -> Outcome:
-    """That which ends with the smallest whirl."""
+    """Return the outcome with the smallest whirl at the end."""
     return min(outcomes, key=lambda outcome: outcome.residual)
 
 
 def run_drive(task: tuple[int, Drawn, int]) -> tuple[int, dict[str, Outcome]]:
-    """All strategies on one drive; on the first of them also many holds and the variations."""
+    """Run all strategies on one drive; the first drives also get many holds and the variations."""
     index, drawn, varied = task
     scene, seed = scene_of(drawn, MAIN), SEED + 1 + index
     rows = {
@@ -157,7 +157,7 @@ def run_drive(task: tuple[int, Drawn, int]) -> tuple[int, dict[str, Outcome]]:
 
 
 def costs(repeats: int) -> dict[str, float]:
-    """CPU time of a sample and of a command [us], least of some, Python and C, one axis and two."""
+    """Measure the least CPU time of a sample and a command [us], in Python and in C."""
     found = {}
     for axes in (1, 2):
         course = Course(ab_sim.load_scene(SCENE))
@@ -195,7 +195,7 @@ def _timed(controller: Any, rows: list[Any]) -> dict[str, float]:
 
 
 def demo() -> dict[str, Any]:
-    """What it saw, believed and did on the demo's drive."""
+    """Run the demo's drive; return its readings, estimates and commands."""
     drawn = Drawn(1e-4, 1e3, 0.2, 0.22, 1e-5, (0.0, 2.0))
     course = Course(scene_of(drawn, MAIN))
     controller = StartUp(settings_of(course, MAIN))
@@ -225,7 +225,7 @@ def demo() -> dict[str, Any]:
 
 
 def report_of(count: int, varied: int, repeats: int, say: Callable[[str], None]) -> dict[str, Any]:
-    """All that the page says."""
+    """Return all contents of the page."""
     drawn = list(drives(SEED, count))
     found: list[dict[str, Outcome]] = [{} for _ in drawn]
     tasks = [(i, one, varied) for i, one in enumerate(drawn)]
@@ -259,12 +259,12 @@ def report_of(count: int, varied: int, repeats: int, say: Callable[[str], None])
 
 
 def _plain(outcome: Outcome) -> list[Any]:
-    """For JSON, which knows no infinity."""
+    """Return an outcome for JSON, which has no infinity."""
     return [None if value == math.inf else value for value in outcome]
 
 
 def main() -> None:
-    """Write it all."""
+    """Run the study and write all files."""
     parser = arguments(__doc__, 5)
     parser.add_argument("--drives", type=int, default=1000, help="random drives")
     parser.add_argument(

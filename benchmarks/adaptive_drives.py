@@ -1,4 +1,4 @@
-"""Random drives of the study of start-ups, and ways to start them up."""
+"""Random drives for the study of start-ups, and strategies to start them."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -11,61 +11,61 @@ from ab_sim.control import SensorFacts, StartUpSettings
 
 SCENE = "balanced-start-up"
 FINAL, ACCELERATION = 200.0, 200.0
-"""rad/s, rad/s^2."""
+"""Final speed [rad/s] and acceleration [rad/s^2]."""
 DURATION, LAST = 20.0, 1.0
-"""s; and at its end, over which the whirl is averaged."""
+"""Duration of a run, and time at its end over which the whirl is averaged [s]."""
 PERIOD, WINDOW = 0.005, 100
-"""s between commands; steps over which the whirl is averaged to tell when it has settled."""
+"""Time between commands [s], and steps over which the whirl is averaged to detect settling."""
 MOTOR = "effects.motor={{rotor_inertia: 2.9e-5, torque_limit: {}, proportional_gain: 1.0e-3, {}}}"
 NOISE = 0.01
-"""Of a reading, over the whirl without balls at the final speed."""
+"""Standard deviation of a reading, relative to the whirl without balls at the final speed."""
 
 
 class Drawn(NamedTuple):
-    """A random drive."""
+    """Parameters of a random drive."""
 
     eccentricity: float
     stiffness: float
     damping: float
     drag: float
     arm: float
-    """SI; of rolling friction, 0 of every other drive."""
+    """Arm of rolling friction [m]; 0 for every other drive."""
     angles: tuple[float, float]
 
 
 class Variation(NamedTuple):
-    """What differs from the study's main part."""
+    """Differences from the main part of the study."""
 
     name: str
     gain: float = 1.0
-    """Of the sensor; its noise is told as if it were 1."""
+    """Gain of the sensor; the controller gets the noise of a gain of 1."""
     noise: float = NOISE
-    """Is told as ``NOISE``."""
+    """Noise of the sensor; the controller gets ``NOISE``."""
     weak: bool = False
-    """A motor that gives 60 rad/s^2, and is not told."""
+    """True for a motor that reaches only 60 rad/s^2, unknown to the controller."""
     stiffness: float = 1.0
-    """Times that."""
+    """Factor on the stiffness."""
     quantity: str = "displacement"
     axes: int = 1
     told: bool = True
-    """Whether the noise is."""
+    """True if the controller gets the noise."""
 
 
 class Outcome(NamedTuple):
-    """Of a run."""
+    """Outcome of a run."""
 
     residual: float
-    """Whirl at the end over that without balls."""
+    """Whirl at the end relative to that without balls."""
     settled: float
-    """s after which the whirl stays below 0.3 of that without balls, at the final speed."""
+    """Time after which the whirl stays below 0.3 of that without balls at the final speed [s]."""
     peak: float
-    """Whirl over eccentricity."""
+    """Largest whirl relative to the eccentricity."""
     retries: int = 0
     state: str = ""
 
 
 def drives(seed: int, count: int) -> Iterator[Drawn]:
-    """The random drives: uniform, but for the drag, whose logarithm is."""
+    """Yield random drives, uniform in all parameters except the drag, which is log-uniform."""
     draw = np.random.default_rng(seed)
     for i in range(count):
         e, k, c = (float(draw.uniform(*bounds)) for bounds in ((0.8, 1.2), (0.8, 1.2), (0.5, 1.5)))
@@ -75,7 +75,7 @@ def drives(seed: int, count: int) -> Iterator[Drawn]:
 
 
 def scene_of(drawn: Drawn, variation: Variation) -> ab_sim.Scene:
-    """As a scene."""
+    """Return the scene of a drive."""
     changes = [
         f"rotor.eccentricity={drawn.eccentricity!r}",
         f"effects.suspension.stiffness={drawn.stiffness * variation.stiffness!r}",
@@ -91,7 +91,7 @@ def scene_of(drawn: Drawn, variation: Variation) -> ab_sim.Scene:
 
 
 def without_balls(scene: ab_sim.Scene, speed: float) -> float:
-    """Whirl of the rotor if its balls added mass only [m]."""
+    """Return the whirl of the rotor with the balls' mass but without their effect [m]."""
     suspension: Any = scene.effects["suspension"]
     rotor: Any = scene.rotor
     total = rotor.total_mass
@@ -101,7 +101,7 @@ def without_balls(scene: ab_sim.Scene, speed: float) -> float:
 
 
 class Course:
-    """One drive on its way up, and what becomes of it."""
+    """Start-up of one drive, and its outcome."""
 
     def __init__(self, scene: ab_sim.Scene) -> None:
         self.drive = ab_sim.Drive(scene, commanded=True)
@@ -111,11 +111,11 @@ class Course:
         self._speed: list[np.ndarray] = []
 
     def to(self, speed: float) -> None:
-        """Ask for a speed."""
+        """Command a speed [rad/s]."""
         self.drive.command(speed, ACCELERATION)
 
     def on(self, seconds: float) -> Any:
-        """Go on by so much; to the end at most."""
+        """Advance by a time [s], at most to the end."""
         left = round((DURATION - self.drive.time) / self.drive.step)
         run = self.drive.advance(min(round(seconds / self.drive.step), left))
         self._whirl.append(np.hypot(run["x"], run["y"]))
@@ -123,7 +123,7 @@ class Course:
         return run
 
     def outcome(self, retries: int = 0, state: str = "") -> Outcome:
-        """At the end of the time."""
+        """Return the outcome at the end of the run."""
         self.on(DURATION)
         whirl, speed = np.concatenate(self._whirl), np.concatenate(self._speed)
         windows = whirl.reshape(-1, WINDOW).mean(axis=1)
@@ -142,7 +142,7 @@ class Course:
 
 
 def hold(scene: ab_sim.Scene, speed: float, seconds: float) -> Outcome:
-    """Up, with a hold."""
+    """Run a start-up with a hold."""
     course = Course(scene)
     if seconds:
         course.to(speed)
@@ -152,7 +152,7 @@ def hold(scene: ab_sim.Scene, speed: float, seconds: float) -> Outcome:
 
 
 def sweeps(scene: ab_sim.Scene, count: int) -> Outcome:
-    """Up; then down through resonance to 60 rad/s and up again, so often; 2 s to see what came."""
+    """Run a start-up with ``count`` sweeps through resonance down to 60 rad/s and up; wait 2 s."""
     course = Course(scene)
     for _ in range(count):
         course.to(FINAL)
@@ -164,7 +164,7 @@ def sweeps(scene: ab_sim.Scene, count: int) -> Outcome:
 
 
 def readings(course: Course, run: Any, variation: Variation, draw: np.random.Generator) -> Any:
-    """What the sensor says of a run, per axis."""
+    """Return the sensor's readings of a run, per axis."""
     acceleration = variation.quantity == "acceleration"
     noise = variation.noise * course.reference * (FINAL * FINAL if acceleration else 1.0)
     names = ("ax", "ay") if acceleration else ("x", "y")
@@ -174,7 +174,7 @@ def readings(course: Course, run: Any, variation: Variation, draw: np.random.Gen
 
 
 def settings_of(course: Course, variation: Variation) -> StartUpSettings:
-    """What a controller is told."""
+    """Return the settings of a controller."""
     acceleration = variation.quantity == "acceleration"
     noise = NOISE * course.reference * (FINAL * FINAL if acceleration else 1.0)
     quantity: Any = variation.quantity
@@ -189,7 +189,7 @@ def led(
     draw: np.random.Generator,
     watch: Callable[[Any], None] = lambda run: None,
 ) -> None:
-    """To the end of the time, led by a controller with the face of ``StartUp``."""
+    """Run to the end under a controller with the interface of ``StartUp``."""
     drive, sample = course.drive, controller.sample
     for _ in range(round(DURATION / PERIOD)):
         course.to(controller.command(drive.time))

@@ -13,7 +13,7 @@ from ab_sim.show.figures.colours import BLUE, GREEN, GREY, ORANGE, VERMILION
 
 
 def demo_picture(shown: dict[str, Any], path: Path) -> None:
-    """What it saw, believed and did."""
+    """Draw the readings, estimates and commands of the demo."""
     rows = np.array(shown["rows"])
     rows = rows[rows[:, 0] <= min(2.0 + shown["decisions"][-1][0], rows[-1, 0])]
     time, speed, critical, deviation, net, uncertain, true, whirl, state = rows.T
@@ -51,7 +51,7 @@ def demo_picture(shown: dict[str, Any], path: Path) -> None:
 
 
 def strategies_picture(report: dict[str, Any], path: Path) -> None:
-    """Shares with their intervals."""
+    """Draw the shares of the strategies with their intervals."""
     figure = Figure(figsize=(8.6, 3.9), layout="constrained")
     axes = figure.subplots()
     names = list(NAMES)[::-1]

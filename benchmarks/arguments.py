@@ -1,11 +1,11 @@
-"""What every benchmark that measures can be told."""
+"""Command-line arguments that all measuring benchmarks have in common."""
 
 import argparse
 from pathlib import Path
 
 
 def arguments(description: str, repeats: int) -> argparse.ArgumentParser:
-    """Where to write, and how often to measure; the folder is made when they are parsed."""
+    """Return a parser with output folder, which is created when parsed, and number of repeats."""
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.ArgumentDefaultsHelpFormatter
     )
@@ -16,7 +16,7 @@ def arguments(description: str, repeats: int) -> argparse.ArgumentParser:
 
 
 def folder(text: str) -> Path:
-    """One that is there, or can be made."""
+    """Return a folder, created if missing."""
     path = Path(text)
     try:
         path.mkdir(parents=True, exist_ok=True)

@@ -1,9 +1,9 @@
-"""The drawing of docs/explanation/balancer.md: where balls go below and above the critical speed.
+"""Drawing of docs/explanation/balancer.md: motion of balls below and above the critical speed.
 
     python benchmarks/balancer.py [--out docs/explanation]
 
 writes balancer.png: the rotor seen along the shaft, on axes that turn with it. Directions of the
-whirl are those of a rotor on springs (damping ratio 0.1); its size is drawn too large.
+whirl are those of a rotor on springs (damping ratio 0.1); its size is exaggerated.
 """
 
 import argparse
@@ -22,9 +22,9 @@ from ab_sim.show.figures.colours import BLUE, GREEN, GREY, VERMILION  # noqa: E4
 
 DAMPING = 0.1
 WHIRL, ECCENTRICITY = 0.3, 0.5
-"""As drawn, in race radii."""
+"""Drawn whirl and eccentricity, in race radii."""
 BALANCED = acos(-1.0 / 1.6)
-"""Angle of the balls in the last drawing [rad]: they are 1.6 times as heavy as needed."""
+"""Angle of the balls in the last drawing [rad]; they are 1.6 times as heavy as needed."""
 
 
 def phase(speed: float) -> float:
@@ -72,7 +72,7 @@ def draw(axes: Axes, title: str, speed: float | None) -> None:
 
 
 def _roll(axes: Axes, center: tuple[float, float], start: float, end: float) -> None:
-    """Draw the way of a ball along the race."""
+    """Draw the path of a ball along the race."""
     points = [start + (end - start) * k / 30.0 for k in range(31)]
     xs, ys = zip(
         *((center[0] + 1.12 * cos(p), center[1] + 1.12 * sin(p)) for p in points), strict=True
@@ -83,7 +83,7 @@ def _roll(axes: Axes, center: tuple[float, float], start: float, end: float) -> 
 
 
 def main() -> None:
-    """Draw the three."""
+    """Draw the three pictures."""
     docs = Path(__file__).resolve().parents[1] / "docs"
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=folder, default=docs / "explanation")

@@ -1,15 +1,15 @@
-"""Runs with friction, contact or a motor: CPU time in a batch beside that of one after the other.
+"""CPU time of runs with friction, contact or a motor: in a batch, and one by one.
 
     python benchmarks/batch_over_events.py [--out docs] [--repeats 7] [--many RUNS]
 
 writes batch-over-events.json. "One by one": a scene, a Drive and its metrics for each run;
-"batch": the whole call of `simulate_batch` with the same metrics, which are those that a sweep has.
-Both in this process, in turns; the ratio is that of each turn. Steps are 1 ms, as the scenes say;
-values are drawn at random. Kernels are made before. Accelerometers are left out: their noise takes
-as long either way.
+"batch": the whole call of `simulate_batch` with the same metrics, those of a sweep. Both are
+measured in this process in turns, and the ratio is that of each turn. Steps are 1 ms, as in the
+scenes; values are random. Kernels are compiled beforehand. Accelerometers are left out, because
+their noise takes the same time in both.
 
-``--many`` runs so many friction start-ups of 6 s once: two processes, half of the runs each, at
-1 ms and at 2.5 ms, whose error is found beside steps of 0.25 ms. Memory is that of one process.
+``--many`` runs that number of friction start-ups of 6 s once: two processes, half of the runs each,
+at 1 ms and at 2.5 ms; errors are against steps of 0.25 ms. Memory is that of one process.
 """
 
 import sys
@@ -40,13 +40,13 @@ from ab_sim.scene import Scene, load_scene  # noqa: E402
 
 PROCESSES, FRICTION = 2, "balanced-start-up"
 STEPS, REFERENCE_STEP, COMPARED, APART = (1e-3, 2.5e-3), 2.5e-4, 64, 0.03
-"""s; s; runs whose errors are found; s between the instants at which they are."""
+"""Steps [s], reference step [s], number of compared runs, and time between comparisons [s]."""
 SILENT = ["sensors="]
 Columns = dict[str, Any]
 
 
 class Kind(NamedTuple):
-    """Scenes that are run."""
+    """Scenes to run."""
 
     scene: str
     has: str
@@ -57,23 +57,23 @@ class Kind(NamedTuple):
 
 
 def anywhere(runs: int, random: np.random.Generator) -> Columns:
-    """Balls start anywhere."""
+    """Return random start angles of the balls."""
     return {"start.ball_angles": random.uniform(-np.pi, np.pi, (runs, 2))}
 
 
 def apart(runs: int, random: np.random.Generator) -> Columns:
-    """Balls start anywhere where they do not overlap."""
+    """Return random start angles of the balls without overlaps."""
     first = random.uniform(-np.pi, np.pi, runs)
     return {"start.ball_angles": np.stack([first, first + random.uniform(0.5, 5.5, runs)], 1)}
 
 
 def masses(runs: int, random: np.random.Generator) -> Columns:
-    """Of all balls."""
+    """Return random masses of all balls."""
     return {"balls.mass": random.uniform(2.2e-4, 2.8e-4, runs)}
 
 
 def limits(runs: int, random: np.random.Generator) -> Columns:
-    """Of the motor's torque: some are caught at the critical speed, some get through."""
+    """Return random torque limits: some drives are caught at the critical speed, others pass it."""
     return {"effects.motor.torque_limit": random.uniform(4e-4, 2e-3, runs)}
 
 
@@ -88,7 +88,7 @@ KINDS = [
 
 
 def one_by_one(scene: Scene, columns: Columns) -> int:
-    """Run and judge one after the other; how many events there were."""
+    """Run and judge one by one; return the number of events."""
     events = 0
     for number, variation in enumerate(values_of_runs(columns)):
         own = varied_scene(scene, variation, number)
@@ -99,14 +99,14 @@ def one_by_one(scene: Scene, columns: Columns) -> int:
 
 
 def batch(scene: Scene, columns: Columns) -> Batch:
-    """Run and judge side by side."""
+    """Run and judge in a batch."""
     done = simulate_batch(scene, columns, metrics=DEFAULT_METRICS)
     assert not any(done.failures) and done.in_lanes == len(done)
     return done
 
 
 def compare(repeats: int) -> list[dict[str, Any]]:
-    """All kinds, in turns."""
+    """Measure all kinds in turns."""
     given = []
     for kind in KINDS:
         columns = kind.drawn(kind.runs, np.random.default_rng(1))
@@ -137,12 +137,12 @@ def compare(repeats: int) -> list[dict[str, Any]]:
 
 
 def friction_scene(step: float) -> Scene:
-    """A friction start-up of 6 s with this step [s]."""
+    """Return a friction start-up of 6 s with an integration step [s]."""
     return load_scene(FRICTION, [f"solver.step={step}", "duration=6"])
 
 
 def error(step: float) -> float:
-    """Largest in a ball's angle [rad]."""
+    """Return the largest error in a ball's angle [rad]."""
     columns = anywhere(COMPARED, np.random.default_rng(2))
 
     def angles(step: float) -> np.ndarray:
@@ -153,7 +153,7 @@ def error(step: float) -> float:
 
 
 def part_of_many(seed: int, step: float, runs: int) -> tuple[float, int, int]:
-    """One process' share: CPU time [s], failures, most memory [kB]."""
+    """Run the share of one process; return CPU time [s], failures and peak memory [kB]."""
     scene, columns = friction_scene(step), anywhere(runs, np.random.default_rng(seed))
     begin = time.process_time()
     done = batch(scene, columns)
@@ -162,7 +162,7 @@ def part_of_many(seed: int, step: float, runs: int) -> tuple[float, int, int]:
 
 
 def many(step: float, runs: int) -> dict[str, Any]:
-    """Many runs in processes side by side, starting them included."""
+    """Run many runs in parallel processes, including their start."""
     begin, share = time.perf_counter(), [runs // PROCESSES] * PROCESSES
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
         parts = list(pool.map(part_of_many, range(PROCESSES), [step] * PROCESSES, share))

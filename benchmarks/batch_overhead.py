@@ -1,17 +1,17 @@
-"""CPU time of many judged runs, from parameters to metrics, in that of their kernel alone.
+"""CPU time of many judged runs, from parameters to metrics, relative to that of their kernel.
 
     python benchmarks/batch_overhead.py [--out docs] [--repeats 7] [--runs 10000] [--million]
 
 writes batch-overhead.json. The runs are the thesis' start-up with a hold, two balls, no friction,
-6 s, with values drawn at random for the balls' mass, drag and stiffness. "Whole" is the CPU time of
-a call of `simulate_batch` with the metrics that a sweep has, "kernel" what of it goes into taking
-steps and writing samples down; their ratio is taken within each call, the kinds of calls in turns.
+6 s, with random values of the balls' mass, drag and stiffness. "Whole" is the CPU time of a call of
+`simulate_batch` with the metrics of a sweep. "Kernel" is the part of it for steps and samples. The
+ratio is taken within each call, and the kinds of calls alternate.
 
 - arrays: values as an array for each key
 - mappings: values as a mapping for each run
-- own scenes: a key varies that has to be seen to scene by scene, the speed at the start; a tenth
-  of the runs
-- samples, too: samples are kept beside metrics; a tenth of the runs
+- own scenes: a key varies that needs a scene for each run, the speed at the start; a tenth of the
+  runs
+- samples, too: samples are kept in addition to metrics; a tenth of the runs
 
 ``--million`` runs a million of them once, at 6 ms, whose error is below 1e-6 rad (see
 batch-throughput.json): two processes, half of the runs each.
@@ -40,7 +40,7 @@ from ab_sim.scene import Scene, load_scene  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8", "duration=6"]
 STEPS = (1e-3, 5e-3, 6e-3)
-"""s."""
+"""Integration steps [s]."""
 RANGES = {
     "balls.mass": (0.9e-3, 1.1e-3),
     "effects.viscous_drag.coefficient": (0.8, 1.2),
@@ -50,38 +50,38 @@ GOAL, MILLION, PROCESSES = 1.25, 1_000_000, 2
 
 
 def scene_of(step: float) -> Scene:
-    """With this step [s]."""
+    """Return the scene with an integration step [s]."""
     return load_scene(SCENE, [*CHANGES, f"solver.step={step}"])
 
 
 def drawn(runs: int, seed: int = 1) -> dict[str, np.ndarray]:
-    """Values of each run by key."""
+    """Return random values for each run, by key."""
     random = np.random.default_rng(seed)
     return {key: random.uniform(low, high, runs) for key, (low, high) in RANGES.items()}
 
 
 def arrays(scene: Scene, runs: int) -> Callable[[], Batch]:
-    """Values as arrays."""
+    """Return a call with values as arrays."""
     values = drawn(runs)
     return lambda: simulate_batch(scene, values, metrics=DEFAULT_METRICS)
 
 
 def mappings(scene: Scene, runs: int) -> Callable[[], Batch]:
-    """Values as mappings."""
+    """Return a call with values as mappings."""
     lists = {key: values.tolist() for key, values in drawn(runs).items()}
     rows = [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
     return lambda: simulate_batch(scene, rows, metrics=DEFAULT_METRICS)
 
 
 def own_scenes(scene: Scene, runs: int) -> Callable[[], Batch]:
-    """A key varies that has to be seen to scene by scene."""
+    """Return a call with a key that needs a scene for each run."""
     values = drawn(runs // 10)
     values["start.speed"] = np.random.default_rng(2).uniform(0.0, 1.0, runs // 10)
     return lambda: simulate_batch(scene, values, metrics=DEFAULT_METRICS)
 
 
 def with_samples(scene: Scene, runs: int) -> Callable[[], Batch]:
-    """Samples are kept, every hundredth."""
+    """Return a call that keeps every hundredth sample."""
     values = drawn(runs // 10)
     return lambda: simulate_batch(scene, values, every=100, metrics=DEFAULT_METRICS, samples=True)
 
@@ -95,14 +95,14 @@ KINDS = {
 
 
 class Cost(NamedTuple):
-    """CPU time of a call, per run [s]."""
+    """CPU time of a call per run [s]."""
 
     whole: float
     kernel: float
 
 
 def cost(call: Callable[[], Batch]) -> Cost:
-    """Of one call."""
+    """Measure one call."""
     begin = time.process_time()
     batch = call()
     whole = time.process_time() - begin
@@ -111,7 +111,7 @@ def cost(call: Callable[[], Batch]) -> Cost:
 
 
 def compare(repeats: int, runs: int) -> list[dict[str, Any]]:
-    """All kinds of calls, in turns."""
+    """Measure all kinds of calls in turns."""
     calls = {
         (kind, step): made(scene_of(step), runs) for kind, made in KINDS.items() for step in STEPS
     }
@@ -131,7 +131,7 @@ def compare(repeats: int, runs: int) -> list[dict[str, Any]]:
 
 
 def part_of_a_million(seed: int) -> tuple[float, float, float, int]:
-    """One process' share: CPU time of the call and of the kernel [s], peak memory [B], failures."""
+    """Run the share of one process: CPU time of call and kernel [s], peak memory [B], failures."""
     call = scene_of(STEPS[-1]), drawn(MILLION // PROCESSES, seed)
     begin = time.process_time()
     batch = simulate_batch(*call, metrics=DEFAULT_METRICS)
@@ -140,13 +140,16 @@ def part_of_a_million(seed: int) -> tuple[float, float, float, int]:
 
 
 def peak_memory() -> float:
-    """Of this process [B]; the one that getrusage tells may be that of the process it is from."""
+    """Return the peak memory of this process [B].
+
+    The value of getrusage may be that of the parent process.
+    """
     lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
     return next(1024.0 * float(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 
 
 def a_million() -> dict[str, Any]:
-    """A million runs in processes side by side, starting them included."""
+    """Run a million runs in parallel processes, including their start."""
     begin = time.perf_counter()
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
         parts = list(pool.map(part_of_a_million, range(PROCESSES)))

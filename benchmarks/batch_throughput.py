@@ -1,12 +1,12 @@
-"""Simulated time per CPU time of many runs in a batch, and of one run after the other.
+"""Simulated time per CPU time of many runs in a batch, and of successive single runs.
 
     python benchmarks/batch_throughput.py [--out docs] [--repeats 31]
 
 writes batch-throughput.json and batch-throughput.png. The runs are the thesis' start-up with a
-hold, two balls, no friction, with balls of different masses, side by side. "One by one" is the
-compiled loop of one run with its call; "kernel" those of the batch; "whole call" is
-`simulate_batch` with its checks of every scene and its trajectories, of every step, and of the last
-one only. All of them in turns. Errors are against rk8 at 0.25 ms, at every step.
+hold, two balls, no friction, with different ball masses, side by side. "One by one" is the compiled
+loop of one run with its call. "Kernel" are the loops of the batch. "Whole call" is `simulate_batch`
+with its checks of every scene and its trajectories, with all steps, or with the last step only. All
+of these are measured in turns. Errors are against rk8 at 0.25 ms, at every step.
 """
 
 import sys
@@ -32,28 +32,28 @@ from ab_sim.scene import Scene, load_scene  # noqa: E402
 SCENE, SMOOTH = "thesis-hold", "effects.rolling_friction="
 RUNS = 25 * LANES
 REFERENCE_STEP = 2.5e-4
-"""s; it divides all steps, so that every one of them is compared."""
+"""Step of the reference [s]; it divides all steps, so that all of them are compared."""
 VARIATIONS: list[dict[str, Any]] = [
     {"balls.mass": 1e-3 * (1.0 + 0.08 * i / RUNS)} for i in range(RUNS)
 ]
 COMPARED = slice(None, None, RUNS // LANES)
-"""The runs whose errors are found."""
+"""Runs whose errors are computed."""
 GOALS = {"kernel": 60_000.0, "whole_call": 10_000.0}
 ERROR = 1e-9
 
 
 class Method(NamedTuple):
-    """A stepper with its settings."""
+    """Stepper with its settings."""
 
     stepper: str
     step: float
-    """s."""
+    """Integration step [s]."""
     tolerance: float | None = None
-    """rad."""
+    """Tolerance [rad]."""
 
     @property
     def said(self) -> str:
-        """What to call it."""
+        """Return the name of the method."""
         tolerance = "" if self.tolerance is None else f", tolerance {self.tolerance:g}"
         return f"{self.stepper}, {1e3 * self.step:g} ms{tolerance}"
 
@@ -65,7 +65,7 @@ METHODS = [
 
 
 def scene_of(method: Method) -> Scene:
-    """The scene with it."""
+    """Return the scene with a method."""
     own = [SMOOTH, f"solver.stepper={method.stepper}", f"solver.step={method.step}"]
     if method.tolerance is not None:
         own.append(f"solver.parameters.tolerance={method.tolerance}")
@@ -73,7 +73,7 @@ def scene_of(method: Method) -> Scene:
 
 
 def errors(method: Method) -> Deviation:
-    """Largest over some runs of the batch."""
+    """Return the largest errors over some runs of the batch."""
     found, compared = [], VARIATIONS[COMPARED]
     runs = simulate_batch(scene_of(method), compared).runs
     references = simulate_batch(scene_of(Method("rk8", REFERENCE_STEP)), compared).runs
@@ -84,14 +84,14 @@ def errors(method: Method) -> Deviation:
 
 
 class Alone:
-    """The compiled loop of a single run, with its call."""
+    """Compiled loop of a single run, with its call."""
 
     def __init__(self, scene: Scene) -> None:
         self._drive, self._steps = Drive(scene), round(scene.duration / scene.solver.step)
         self._samples = self._drive._room_for(self._steps)
 
     def run(self) -> float:
-        """From the start to the end; CPU time [s]."""
+        """Run from start to end; return the CPU time [s]."""
         self._drive.reset()
         begin = time.thread_time()
         self._drive._take(self._drive._step_plan, self._steps, self._samples)
@@ -99,18 +99,18 @@ class Alone:
 
 
 class Measured(NamedTuple):
-    """Simulated seconds per CPU second, repeat by repeat."""
+    """Simulated seconds per CPU second for each repeat."""
 
     one_by_one: list[float]
     kernel: list[float]
     whole_call: list[float]
     last_kernel: list[float]
-    """Where the last step is all that is kept."""
+    """Values if only the last step is kept."""
     last_whole_call: list[float]
 
 
 def measure(scene: Scene, alone: Alone, into: Measured) -> None:
-    """Once each."""
+    """Measure each kind once."""
     into.one_by_one.append(scene.duration / alone.run())
     steps = round(scene.duration / scene.solver.step)
     kinds = (1, into.kernel, into.whole_call), (steps, into.last_kernel, into.last_whole_call)
@@ -122,7 +122,7 @@ def measure(scene: Scene, alone: Alone, into: Measured) -> None:
 
 
 def compare(repeats: int) -> list[dict[str, Any]]:
-    """All methods, in turns."""
+    """Measure all methods in turns."""
     scenes = {method: scene_of(method) for method in METHODS}
     alone = {method: Alone(scene) for method, scene in scenes.items()}
     found = {method: Measured([], [], [], [], []) for method in METHODS}
@@ -142,12 +142,12 @@ def compare(repeats: int) -> list[dict[str, Any]]:
 
 
 def name_of(row: dict[str, Any]) -> str:
-    """What to call its method."""
+    """Return the name of a row's method."""
     return Method(row["stepper"], row["step"], row["tolerance"]).said
 
 
 def figure(report: dict[str, Any], path: Path) -> None:
-    """Bars per method: one by one, the whole call, the kernel."""
+    """Draw bars for each method: one by one, whole call, kernel."""
     import matplotlib
 
     matplotlib.use("Agg")

@@ -1,4 +1,4 @@
-"""The thesis' drive in C (c_kernel/thesis.c), built for a number of balls and a tableau."""
+"""The thesis' drive in C (c_kernel/thesis.c), compiled for a number of balls and a tableau."""
 
 import ctypes
 import shutil
@@ -28,10 +28,10 @@ class CDrive(ctypes.Structure):
 
 
 def compiler() -> str:
-    """What builds it: gcc and its version.
+    """Return the name and version of gcc.
 
     Raises:
-        SystemExit: there is no gcc.
+        SystemExit: gcc is missing.
     """
     gcc = shutil.which("gcc")
     if gcc is None:
@@ -41,7 +41,7 @@ def compiler() -> str:
 
 
 def build(tableau: Tableau, balls: int) -> ctypes.CDLL:
-    """The shared library for this tableau and number of balls."""
+    """Compile the shared library for a tableau and a number of balls."""
     folder = Path(tempfile.mkdtemp(prefix="c_kernel-"))
     a, b, c = tableau
     s = b.size

@@ -1,4 +1,4 @@
-"""The drawing of docs/conventions.md: where angles, whirl, eccentricity and heights are measured.
+"""Drawing of docs/conventions.md: definitions of angles, whirl, eccentricity and heights.
 
     python benchmarks/conventions.py [--out docs]
 
@@ -20,12 +20,12 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Rectangle  # noqa: 
 from ab_sim.show.figures.colours import BLUE, GREEN, GREY, PURPLE, VERMILION  # noqa: E402
 
 PSI, THETA = 40.0, -130.0
-"""deg."""
+"""Drawn spindle and ball angle [deg]."""
 SHAFT, RACE, ECCENTRICITY = (0.55, 0.3), 1.6, 0.75
 
 
 def draw_above(axes: Axes) -> None:
-    """Seen from +z: the shaft displaced, the unbalance and a ball from it."""
+    """Draw the view from +z: the displaced shaft, the unbalance and a ball."""
     cx, cy = SHAFT
     axes.set_title("from +z", fontsize=11)
     for end, name in (((2.75, 0.0), "x"), ((0.0, 2.3), "y")):
@@ -62,7 +62,7 @@ def draw_above(axes: Axes) -> None:
 
 
 def draw_side(axes: Axes) -> None:
-    """Across the shaft: what counts from C upwards and sideways."""
+    """Draw the view across the shaft: quantities that count from C."""
     axes.set_title("a deck in space, from the side", fontsize=11)
     axes.add_patch(Rectangle((-1.2, -0.13), 3.6, 0.26, color="0.85"))
     axes.add_patch(Rectangle((-1.5, 0.75), 3.0, 0.12, color=VERMILION, alpha=0.35))
@@ -116,7 +116,7 @@ def _ray(axes: Axes, angle: float, length: float, color: str, name: str) -> None
 def _angle(
     axes: Axes, size: float, start: float, by: float, color: str, name: str, away: float
 ) -> None:
-    """An arc from ``start`` by so many degrees, with its head."""
+    """Draw an arc with a head, from ``start`` by an angle [deg]."""
     low, high = sorted((start, start + by))
     axes.add_patch(Arc(SHAFT, 2 * size, 2 * size, theta1=low, theta2=high, color=color, lw=1.4))
     end, before = (_from_shaft(start + part * by, size) for part in (1.0, 0.97))
@@ -127,7 +127,7 @@ def _angle(
 
 
 def main() -> None:
-    """Draw both."""
+    """Draw both views."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=folder, default=Path(__file__).resolve().parents[1] / "docs")
     given = parser.parse_args()

@@ -1,4 +1,4 @@
-"""Measure what effects cost; write it down.
+"""Measure the cost of effects and write a report.
 
     python benchmarks/effect_cost.py [--out docs] [--repeats 31]
 
@@ -26,7 +26,7 @@ SCENES = ("thesis-hold", "everything")
 
 
 def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
-    """effect-cost.md."""
+    """Return the page effect-cost.md."""
     machine, versions = report["machine"], report["versions"]
     lines = [
         "# What effects cost",

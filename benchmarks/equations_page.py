@@ -1,4 +1,4 @@
-"""The formulas in docs/equations.md, made anew from the code that computes them.
+"""Generate the formulas in docs/equations.md from the code that computes them.
 
     python benchmarks/equations_page.py [--out docs]
 
@@ -17,7 +17,7 @@ from ab_sim.export.formulas.page import page_from_code  # noqa: E402
 
 
 def main() -> None:
-    """Make them."""
+    """Write the formulas."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=folder, default=Path(__file__).resolve().parents[1] / "docs")
     page = parser.parse_args().out / "equations.md"

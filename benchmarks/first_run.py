@@ -1,13 +1,13 @@
-"""What the first run of a scene takes on a new machine, and what that time is made of.
+"""Time of the first run of a scene on a new machine, and its parts.
 
     python benchmarks/first_run.py [--repeats 3] [--out FOLDER]
 
-Each run is a process of its own with an empty folder for what is kept between runs. It imports the
-package, makes a drive, and runs the scene to its end. README's first command is timed so, too: it
-runs the scene also without balls, and draws. Within a process that has run a scene, further sets of
-effects, numbers of balls, kinds of segment and steppers are asked for, one after the other, from a
-scene to its first step. Prints a table and writes first-run.json: medians of wall time, of the CPU
-time of the whole process, and of the most memory that it had.
+Each run is a separate process with an empty cache folder. It imports the package, creates a drive
+and runs the scene to its end. README's first command is timed in the same way; it runs the scene
+also without balls, and draws. In a process that has run a scene, further sets of effects, numbers
+of balls, kinds of segment and steppers are timed in turn, from a scene to its first step. Prints a
+table and writes first-run.json: medians of wall time, of the CPU time of the whole process, and of
+its peak memory.
 """
 
 import json
@@ -34,7 +34,7 @@ RUNS: dict[str, tuple[str, ...]] = {
     "on-edge": ("on-edge",),
     "feeding-deck": ("feeding-deck",),
 }
-"""Scenes, with what is changed in them."""
+"""Scenes with their changes."""
 SPEED_CHANGE = (
     "profile=",
     "profile.kind=speed_change",
@@ -51,15 +51,15 @@ FURTHER: dict[str, tuple[str, ...]] = {
     "stepper of stiff drag": ("thesis-hold", STIFF),
     "the other plant": ("feeding-deck",),
 }
-"""What is asked for in a process that has run thesis-hold."""
+"""Scenes with changes for a process that has run thesis-hold."""
 COMMAND = ("run", "thesis-hold", "--plot")
-"""Of ab-sim; the picture's name follows."""
+"""Arguments of ab-sim; the picture's name follows."""
 MACHINE_CODE, IMPORTS, FIRST_STEP, TO_THE_END = "machine code", "imports", "first step", "the end"
 WHOLE, CPU, MEMORY = "whole", "whole, CPU time", "most memory [MB]"
 
 
 def watched() -> Counter[str]:
-    """Time that goes into LLVM, from now on."""
+    """Count the time in LLVM from now on."""
     from ab_sim.tracing.machine_code import MachineCode
 
     spent: Counter[str] = Counter()
@@ -75,7 +75,7 @@ def watched() -> Counter[str]:
 
 
 def child(name: str, *changes: str) -> None:
-    """Run a scene and print what the time went into, as JSON."""
+    """Run a scene and print the times of its parts as JSON."""
     began = time.perf_counter()
     from ab_sim.drive import Drive
     from ab_sim.scene import load_scene
@@ -97,7 +97,7 @@ def child(name: str, *changes: str) -> None:
 
 
 def further() -> None:
-    """Ask for one thing after the other, and print what each took to its first step, as JSON."""
+    """Start each further scene and print the time to its first step as JSON."""
     from ab_sim.drive import Drive
     from ab_sim.scene import load_scene
 
@@ -111,7 +111,7 @@ def further() -> None:
 
 
 def run(cache: str, *asked: str) -> dict[str, float]:
-    """A process of Python, which keeps what it keeps in a folder: what it prints, and all [s]."""
+    """Run a Python process with a cache folder; return its output and the total time [s]."""
     # Installed packages have their byte-code; here it is written in the first repeat.
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     began, used = time.perf_counter(), _cpu_of_children()
@@ -133,17 +133,17 @@ def _cpu_of_children() -> float:
 
 
 def run_scene(cache: str, *asked: str) -> dict[str, float]:
-    """A scene in a process of its own."""
+    """Run a scene in a separate process."""
     return run(cache, __file__, "--child", *asked)
 
 
 def command(cache: str) -> dict[str, float]:
-    """README's first command, from its start to its end."""
+    """Run README's first command."""
     return run(cache, "-m", "ab_sim", *COMMAND, str(Path(cache, "hold.png")))
 
 
 def main() -> None:
-    """Run all, by turns."""
+    """Run all cases in turns."""
     asked = arguments(__doc__ or "", repeats=3).parse_args()
     measured: dict[str, Callable[[str], dict[str, float]]] = {
         what: lambda cache, changed=changed: run_scene(cache, *changed)

@@ -1,4 +1,4 @@
-"""What a drive does in time, by what another process hears of it; for realtime.py."""
+"""Timing of a drive as another process receives it; for realtime.py."""
 
 import time
 from typing import Any, NamedTuple
@@ -12,15 +12,15 @@ from ab_msgs_py.topic import arrived
 
 DEEP = Qos(20_000)
 LOOK = 0.005
-"""s between two looks at what has come."""
+"""Time between two checks for new messages [s]."""
 QUANTILES = 1.0 - np.logspace(0.0, -6.0, 61)
 
 
 class Ear:
-    """One subscriber to a drive: its clock, blocks and commands, and what nodes say of themselves.
+    """Subscriber to a drive: clock, blocks and commands, and the nodes' health reports.
 
-    The middleware's thread stamps what it receives; when this process looks at it is of no account.
-    Times are told on the steady clock, which the drive keeps as well.
+    The middleware's thread stamps messages on reception, so it does not matter when this process
+    reads them. Times are on the steady clock, which the drive uses as well.
     """
 
     def __init__(self) -> None:
@@ -33,23 +33,23 @@ class Ear:
         self.forget()
 
     def forget(self) -> None:
-        """All but what nodes have said."""
+        """Discard everything except health reports."""
         self.clock: list[tuple[float, int]] = []
-        """When it was received [s], and what it said [ns]."""
+        """Time of reception [s] and clock [ns] of each message."""
         self.blocks: list[np.ndarray] = []
-        """Steps, and the commands in force; shape (samples, 2)."""
+        """Steps and commands in force, shape (samples, 2)."""
         self.commands: list[tuple[float, float]] = []
-        """When each was received [s], and its speed [rad/s]."""
+        """Time of reception [s] and speed [rad/s] of each command."""
 
     def listen(self, seconds: float) -> None:
-        """For so long."""
+        """Receive messages for a time [s]."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self._look()
             time.sleep(LOOK)
 
     def until(self, condition: Any, what: str) -> None:
-        """Listen until a condition is true."""
+        """Receive messages until a condition is true."""
         end = time.monotonic() + 300.0
         while not condition():
             if time.monotonic() > end:
@@ -71,22 +71,22 @@ class Ear:
 
 
 class Pace(NamedTuple):
-    """How a drive kept time, step by step one wake-up each, at the clock's own speed."""
+    """Timing of a drive with one step per wake-up, at the speed of the real clock."""
 
     at: np.ndarray
-    """When each wake-up's last message was received [s]."""
+    """Time at which the last message of each wake-up was received [s]."""
     lateness: np.ndarray
-    """How long after the wake-up was due that was [s]; the quickest one of its second is 0."""
+    """Delay of each message after its due time [s]; the fastest of each second counts as 0."""
     factor: float
-    """Simulated over real time."""
+    """Ratio of simulated to real time."""
     lost: float
-    """By how much simulated time has come to lie behind [s]."""
+    """Time by which the simulation has fallen behind [s]."""
     wrong: int
-    """Stamps that are no whole steps, or do not grow."""
+    """Number of stamps that are no whole steps or do not increase."""
 
     @classmethod
     def of(cls, clock: list[tuple[float, int]], step: float) -> "Pace":
-        """Out of what the clock said, and when."""
+        """Compute the timing from the clock's messages and their times of reception."""
         heard, stamps = np.array([at for at, _ in clock]), np.array([ns for _, ns in clock])
         lag = heard - 1e-9 * stamps
         passed = heard - heard[0]
@@ -108,7 +108,7 @@ class Pace(NamedTuple):
 
 
 def spread(lateness: np.ndarray) -> dict[str, Any]:
-    """Percentiles [ms], and what a picture needs of the whole."""
+    """Return percentiles [ms], and a distribution for the picture."""
     if not len(lateness):
         return {}
     shares = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "worst": 1.0}
@@ -121,7 +121,7 @@ def spread(lateness: np.ndarray) -> dict[str, Any]:
 
 
 def delays(ear: Ear, step: float) -> np.ndarray:
-    """From a command's arrival to that of the first output that shows it [s]."""
+    """Return the delays from a command's arrival to that of the first output with it [s]."""
     samples = np.concatenate(ear.blocks)
     begins = 1 + np.flatnonzero(np.diff(samples[:, 1]))
     first = {speed: int(at) for at, speed in reversed(samples[begins].tolist())}
@@ -136,18 +136,18 @@ def delays(ear: Ear, step: float) -> np.ndarray:
 
 
 def missing(ear: Ear) -> int:
-    """Samples that no block had, between the first and the last that came."""
+    """Return the number of samples missing between the first and the last block."""
     return int(np.sum(np.diff(np.concatenate(ear.blocks)[:, 0]) - 1))
 
 
 def recovered(pace: Pace, ended: float, period: float, usual: float) -> float | None:
-    """How long after load had ended a second began that was as good as before it [s].
+    """Return the time after the end of a load until a second is as good as before [s].
 
     Args:
-        pace: from then on.
-        ended: when that was [s].
-        period: of wake-ups [s]; one that is late by as much is an overrun.
-        usual: share of overruns before; one in a hundred more is as good.
+        pace: timing after the load.
+        ended: end of the load [s].
+        period: period of wake-ups [s]; a wake-up that is late by more is an overrun.
+        usual: share of overruns before the load; one in a hundred more is accepted.
     """
     for begin in np.arange(ended, pace.at[-1] - 1.0, 0.05):
         inside = pace.lateness[(pace.at >= begin) & (pace.at < begin + 1.0)]

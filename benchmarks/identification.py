@@ -1,4 +1,4 @@
-"""Random drives, identified blind from noisy recordings: how often right, how near, how honest.
+"""Blind identification of random drives from noisy recordings: success, accuracy, intervals.
 
     python benchmarks/identification.py [--out docs] [--drives 20] [--friction 6] [--coverage 60]
         [--effects 10] [--ringing 400] [--far 200] [--seed 0] [--only PART,PART] [--lines FILE]
@@ -6,21 +6,21 @@
 writes identification.json and identification.md. Recordings are simulated displacements at 1 kHz
 with 1 % noise, one with the balls and one without. Times are CPU times of one process.
 
-- drives: random ones, of which the fit knows neither numbers nor start angles; its scene is off by
-  up to 35 % in each number. Right is a fit whose values are all within six of its own standard
-  deviations, with residuals as large as the noise. Beside each error: the bound of Cramer and Rao,
-  the least standard deviation that an unbiased estimate from these recordings can have
+- drives: random drives whose parameters and start angles the fit does not know; its scene is off by
+  up to 35 % in each parameter. A fit is right if all values are within six of its standard
+  deviations and the residuals are as large as the noise. Errors are compared with the bound of
+  Cramer and Rao, the least standard deviation of an unbiased estimate from these recordings
 - friction: the same with rolling friction
-- coverage: fits that begin at the true values, and how many intervals of 95 % hold the truth
-- effects: drives with an effect more than the fitted scene, sized such that it changes the signals
-  by 0.5 to 2 times their noise: whether it is flagged (z > 4), and named first
+- coverage: fits that start at the true values, and the share of 95 % intervals with the truth
+- effects: drives with one more effect than the fitted scene, which changes the signals by 0.5 to 2
+  times their noise: whether it is flagged (z > 4), and named first
 - ringing: recordings without balls of speed and one or two signals, of drives that may ring after
-  a fast run-up: how many are refused, and how many fits are right
+  a fast run-up: number of refusals and of right fits
 - far: drives whose start values are 20 to 60 % off, every second one with an unknown zero of the
-  encoder. Right is a fit whose values are all within three times their interval and within 1 %
+  encoder. A fit is right if all values are within three times their interval and within 1 %
 
-``--only`` measures these parts, and takes the others from the identification.json that is there.
-``--lines`` appends each case to a file, and takes the cases from it that are already there.
+``--only`` measures these parts, and takes the others from the existing identification.json.
+``--lines`` appends each case to a file, and takes existing cases from it.
 """
 
 import json
@@ -62,19 +62,19 @@ from ab_sim.identification.run import Question, run_identification  # noqa: E402
 from ab_sim.identification.stages import LAST_STEPS, minimise  # noqa: E402
 
 RIGHT, LARGEST = 6.0, 1.1
-"""Standard deviations, and times the noise, up to which a fit is right."""
+"""Limits of a right fit: standard deviations, and ratio of residuals to noise."""
 INTERVALS, ERROR = 3.0, 0.01
-"""Half-widths of the interval, and relative error, up to which a value of a far start is right."""
+"""Limits of a right value from a far start: half-widths of the interval, and relative error."""
 EFFECTS = ("hardening_suspension", "unequal_suspension", "race_runout", "rolling_friction")
 ANGLES = "start angles [rad]"
 
 
 def quiet(*_: object) -> None:
-    """Nobody watches."""
+    """Ignore progress."""
 
 
 def errors_of(found: Identification, blind: Blind) -> dict[str, float]:
-    """Relative errors by what they are of, those of ratios to the mass being told by it."""
+    """Return relative errors by name; those of ratios to the mass are named after the ratio."""
     errors = {key: found[key].value / true - 1.0 for key, true in blind.true.items()}
     fitted = sorted(
         each.value % (2 * np.pi) for each in found.estimates if each.name.startswith("start angle")
@@ -86,7 +86,7 @@ def errors_of(found: Identification, blind: Blind) -> dict[str, float]:
 
 
 def bounds_of(blind: Blind, recordings: list[Measured]) -> dict[str, float]:
-    """Least standard deviations, as ``errors_of`` tells errors: Cramer and Rao, at the truth."""
+    """Return the bounds of Cramer and Rao at the truth, by the names of ``errors_of``."""
     common = fitted_parameters(blind.scene, list(blind.true), {})
     problem = Problem(blind.scene, common, recordings, [1.0] * len(recordings))
     true = np.array([*blind.true.values(), *blind.angles])
@@ -103,7 +103,7 @@ def bounds_of(blind: Blind, recordings: list[Measured]) -> dict[str, float]:
 def fitted(
     blind: Blind, recordings: list[Measured], seed: int
 ) -> tuple[Identification, dict[str, Any]]:
-    """Fit a drive, and return the result with the figures that all parts have in common."""
+    """Fit a drive; return the result and the figures that all parts have in common."""
     begin = time.process_time()
     question = Question(tuple(blind.true), seed=seed, propose=False)
     found = run_identification(blind.guess, recordings, question)
@@ -116,7 +116,7 @@ def fitted(
 
 
 def identified(seed: int, friction: bool) -> dict[str, Any]:
-    """A drive, blind."""
+    """Identify a drive blindly."""
     blind = blind_drive(seed, friction)
     recordings = recordings_of(blind.scene, seed)
     found, common = fitted(blind, recordings, seed)
@@ -140,7 +140,7 @@ def identified(seed: int, friction: bool) -> dict[str, Any]:
 
 
 def covered(seed: int, friction: bool) -> dict[str, Any]:
-    """Whether intervals hold the truth, of a fit that begins there."""
+    """Count the intervals that contain the truth, for a fit that starts there."""
     blind = blind_drive(seed, friction)
     recordings = recordings_of(blind.scene, seed)
     problem = Problem(
@@ -163,7 +163,7 @@ def covered(seed: int, friction: bool) -> dict[str, Any]:
 
 
 def with_effect(seed: int) -> dict[str, Any]:
-    """A drive that has more than the scene says."""
+    """Identify a drive that has one more effect than the scene."""
     name = EFFECTS[seed % len(EFFECTS)]
     blind = blind_drive(seed, False)
     richer, change = drive_with(blind, name, seed)
@@ -208,7 +208,7 @@ def ringing(seed: int) -> dict[str, Any]:
 
 
 def far_start(seed: int) -> dict[str, Any]:
-    """Fit a pair of recordings from start values that are far off."""
+    """Fit a pair of recordings from far start values."""
     blind, zero_known = blind_drive(seed, False, far=True), seed % 2 == 0
     recordings = recordings_of(blind.scene, seed, zero_known)
     return {"zero_known": zero_known, **judged(blind, recordings, seed)}

@@ -1,4 +1,4 @@
-"""Random drives for benchmarks/identification.py, and what a bench records of them."""
+"""Random drives for benchmarks/identification.py, and their recordings from a test bench."""
 
 import math
 from dataclasses import replace
@@ -19,11 +19,11 @@ from ab_sim.scene import Scene, check_scene
 from ab_sim.scene.load import changed_scene
 
 NOISE = 0.01
-"""Of the signals' r.m.s."""
+"""Standard deviation of the noise, relative to the signals' r.m.s."""
 MASS, HELD = 0.1, 1.5
 """Mass of the deck [kg], and time at the final speed of a ringing drive [s]."""
 OFF = 0.3
-"""Logarithm of the factor by which the scene that a fit begins with may be off."""
+"""Largest logarithm of the factor by which the scene of a fit's start is off."""
 FAR = (0.2, 0.6)
 """Smallest and largest relative error of each start value of a far start."""
 PARAMETERS = {
@@ -32,11 +32,11 @@ PARAMETERS = {
     "rolling_friction": {"arm": 1e-7},
     "unequal_suspension": {"apart": 1e-3},
 }
-"""Of effects that are added: each with a number that is then made larger or smaller."""
+"""Effects that are added, each with a parameter that is then scaled."""
 
 
 class Blind(NamedTuple):
-    """A drive, and what a fit begins with."""
+    """Drive with the scene at which a fit starts."""
 
     scene: Scene
     guess: Scene
@@ -184,7 +184,7 @@ def table_of(blind: Blind, drawn: dict[str, Any], seed: int, file: Path) -> Meas
 
 
 def drive_with(blind: Blind, effect: str, seed: int) -> tuple[Scene, float]:
-    """The drive with an effect more, and by how much that changes its signals, in noise."""
+    """Return the drive with a further effect, and the change of its signals in units of noise."""
     wanted = float(np.random.default_rng([seed, 11]).uniform(0.5, 2.0))
     plain = run_scene(blind.scene).trajectory.position[:, :2]
     noise = NOISE * float(np.sqrt(np.mean(plain**2)))

@@ -1,17 +1,16 @@
-"""A drive with faults, recorded live and identified: what is said of each fault.
+"""Drives with faults, recorded live and identified: result for each fault.
 
     python benchmarks/identification_faults.py [--out docs] [--keep FOLDER]
 
 writes identification-faults.json, and its part of identification.md. Nodes run as processes in lock
-step, faults come a second after the start, and the live recorder writes a recording and a bag of
-each run (tests/nodes/faulty_recordings.py). The fit also has a recording without balls, of the
-sound drive, and begins with a scene that is up to 15 % off. Of each fault:
+step, faults start a second after the start, and the live recorder writes a recording and a bag of
+each run (tests/nodes/faulty_recordings.py). The fit also gets a recording without balls, of the
+drive without faults, and starts from a scene that is up to 15 % off. Results:
 
-- identified: the verdict is that it fits, and all values are within six of their own standard
-  deviations
-- refused: in one message, before anything is fitted
-- flagged: the verdict is another one, with its reasons
-- wrong: it is said to fit, and a value is further off. There must be none
+- identified: the verdict is "fits", and all values are within six of their standard deviations
+- refused: with a message before the fit
+- flagged: another verdict, with its reasons
+- wrong: the verdict is "fits", and a value is further off. There must be none
 """
 
 import sys
@@ -43,17 +42,17 @@ OFF = {
     "balls.mass": 1.1,
     "effects.viscous_drag.coefficient": 1.15,
 }
-"""What is fitted, and factors by which the scene that it begins with is off."""
+"""Fitted keys, and factors by which the start of the fit is off."""
 RIGHT = 6.0
-"""Standard deviations."""
+"""Limit of a right value in standard deviations."""
 RECORDING, BAG, MESSAGES = "recording", "bag", "messages"
 
 
 class Case(NamedTuple):
-    """A fault, and what is identified: what the recorder wrote, or what the sensors said."""
+    """Fault, and file to identify: the recording, or the sensors' readings."""
 
     fault: str
-    """Empty: none."""
+    """Fault as text; empty for none."""
     read: str = RECORDING
 
 
@@ -78,7 +77,7 @@ CASES = (
 
 
 def live_run(place: Path, scene: Scene, fault: str, name: str) -> Live:
-    """Made now, or before."""
+    """Return a live run, from an earlier call if its files exist."""
     there = Live(place / f"{name}.rrd", place / f"{name}-bag", place / f"{name}-heard.rrd")
     if there.heard.exists():  # the last that is written
         return there
@@ -86,12 +85,12 @@ def live_run(place: Path, scene: Scene, fault: str, name: str) -> Live:
 
 
 def file_of(live: Live, read: str) -> Path:
-    """What of a run is identified."""
+    """Return the file of a run to identify."""
     return {RECORDING: live.recording, BAG: live.bag, MESSAGES: live.heard}[read]
 
 
 def outcome(case: Case, live: Live, bare: Live) -> dict[str, Any]:
-    """What becomes of a recording."""
+    """Identify a recording and return the result."""
     scene = bench()
     true = {key: float(value_of(scene, key)) for key in OFF}
     start = changed_scene(scene, {key: OFF[key] * true[key] for key in OFF}, "start")

@@ -1,12 +1,12 @@
-"""Whether what recordings cannot tell is named: all of it, and nothing else.
+"""Check that `identify` names exactly the parameters that recordings do not determine.
 
     python benchmarks/identification_knowledge.py [--out docs] [--drives 20] [--only TEXT]
 
-writes identification-knowledge.json, and its part of identification.md. Of each case (what is
-recorded, what is asked for) theory says which directions of the parameters are open
+writes identification-knowledge.json, and its part of identification.md. For each case of recordings
+and fitted parameters, theory predicts the unidentifiable directions
 (tests/identification/knowledge_cases.py). On random drives, recorded with 1 % noise, `identify` is
-asked as it asks itself: before the fit, from a scene that is up to 35 % off, and after it, here at
-the true values.
+evaluated as in its own procedure: before the fit, from a scene that is up to 35 % off, and after
+it, here at the true values.
 """
 
 import json
@@ -27,7 +27,7 @@ from tests.identification.knowledge_cases import CASES, Case, opened_in, problem
 
 
 def told_of(case: Case, seed: int) -> dict[str, Any]:
-    """What is said to be open of a random drive, and what of it is right."""
+    """Return the directions reported for a random drive, and which of them are right."""
     blind = blind_drive(seed, False)
     opened = opened_in(*problem_of(case, blind.scene, blind.guess, seed), seed)
     named = {name for each in opened for name, _ in each.parts}
@@ -43,7 +43,7 @@ def told_of(case: Case, seed: int) -> dict[str, Any]:
 
 
 def of_case(case: Case, seeds: range) -> dict[str, Any]:
-    """All drives of a case."""
+    """Return the results of all drives of a case."""
     drives = [told_of(case, seed) for seed in seeds]
     return {
         "case": case.name,
@@ -59,7 +59,7 @@ def of_case(case: Case, seeds: range) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Ask, and write JSON and page."""
+    """Run all cases, and write JSON and page."""
     parser = arguments(__doc__.splitlines()[0], 1)
     parser.add_argument("--drives", type=int, default=20, help="of each case")
     parser.add_argument("--seed", type=int, default=0, help="of the first drive")

@@ -1,4 +1,4 @@
-"""The page of benchmarks/identification.py."""
+"""Page of benchmarks/identification.py."""
 
 import json
 import math
@@ -19,7 +19,7 @@ GOALS = {
     "effects.rolling_friction.arm": 2e-2,
     "start angles [rad]": 1e-2,
 }
-"""Errors that there may be, relative but for the angles."""
+"""Largest accepted errors, relative except for angles [rad]."""
 SECONDS = 10.0
 INSIDE = 1.959964
 
@@ -28,7 +28,7 @@ PARTS = {
     "identification-knowledge.json": identification_parts.knowledge,
     "identification-faults.json": identification_parts.faults,
 }
-"""What others write, and how it is shown."""
+"""Functions for the parts of the page that other benchmarks measure."""
 
 
 def write_page(folder: Path) -> None:

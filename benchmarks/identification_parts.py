@@ -1,4 +1,4 @@
-"""Parts of docs/identification.md that other benchmarks than identification.py write."""
+"""Parts of docs/identification.md that benchmarks other than identification.py write."""
 
 from typing import Any
 

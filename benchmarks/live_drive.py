@@ -1,4 +1,4 @@
-"""A drive with all that runs beside it, each a process of its own; for realtime.py."""
+"""Drive with its companion processes; for realtime.py."""
 
 import json
 import os
@@ -17,11 +17,11 @@ from heard import Ear, Pace, delays, missing, recovered, spread
 SCENE, STEP, RATE = "five-balls-8000-rpm", 1e-3, 1000.0
 NODES = ("drive_sim", "profile_controller", "recorder")
 TOP = 800.0
-"""rad/s, to which the speed grows all the time, so that no two commands are the same."""
+"""Speed to which the drive accelerates all the time, so that all commands differ [rad/s]."""
 SETTLE, RECOVERY, LOOKS = 3.0, 6.0, 60
 PRIORITY = "realtime_priority"
 SCHEDULED = {PRIORITY: "50", "lock_memory": "true", "garbage_by_hand": "true"}
-"""What a drive can ask of the system, all of it."""
+"""All real-time settings that a drive can request of the system."""
 SAID = (
     "real-time factor, 60 s", "overruns", "steps dropped", "lateness, p50 [s]", "lateness, p99 [s]",
     "lateness, p99.9 [s]", "worst lateness [s]", "command to output, p50 [s]",
@@ -73,11 +73,11 @@ def resident(process: subprocess.Popen[bytes]) -> float:
 
 
 class Bench:
-    """A drive with all that runs beside it.
+    """Drive with its companion processes.
 
     Args:
-        ear: listens.
-        seconds: how long it is to run, at most.
+        ear: subscriber.
+        seconds: longest duration of the run [s].
         drive: parameters of the drive.
     """
 
@@ -121,7 +121,7 @@ class Bench:
         self._temporary.cleanup()
 
     def run(self, seconds: float) -> dict[str, Any]:
-        """Listen, and say how it went."""
+        """Receive messages for a time [s] and return the results."""
         ear, spent, begin = self.ear, self._spent(), time.monotonic()
         before = self._counted()
         ear.forget()
@@ -150,13 +150,13 @@ class Bench:
         }
 
     def recover(self, ended: float, usual: float) -> float | None:
-        """How long it took after a load had ended [s]; ``usual``: share of overruns before."""
+        """Return the time of recovery after a load [s]; ``usual``: share of overruns before it."""
         self.ear.forget()
         self.ear.listen(RECOVERY)
         return recovered(Pace.of(self.ear.clock, STEP), ended, 1.0 / RATE, usual)
 
     def memory(self, seconds: float) -> dict[str, Any]:
-        """Of each node over time, but for the first tenth."""
+        """Return the memory of each node over time, without the first tenth."""
         begin, looks = time.monotonic(), []
         for _ in range(LOOKS):
             self.ear.forget()
@@ -173,7 +173,7 @@ class Bench:
         }
 
     def close(self) -> dict[str, Any]:
-        """End all; exit codes, what the recorder says, and the bare loop's rows."""
+        """Stop all processes; return exit codes, the recorder's values and the bare loop's rows."""
         self.processes["bare loop"].terminate()
         self.processes.pop("bare loop").wait(60.0)
         codes = {node: end(self.processes[node]) for node in reversed(NODES)}
@@ -183,7 +183,7 @@ class Bench:
         return {"exit codes": codes, "recorder": {key: said[key] for key in keys}}
 
     def bare(self, part: dict[str, Any]) -> dict[str, Any]:
-        """How late the bare loop was meanwhile."""
+        """Return the lateness of the bare loop during a part."""
         at, late = np.load(self._place / "bare.npy").T
         begin, until = part.pop("from, to [s]")
         return spread(late[(at >= begin) & (at < until)])

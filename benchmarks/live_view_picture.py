@@ -1,10 +1,10 @@
-"""Draws docs/live-view.png: the web viewer, in a real browser, of a drive that runs.
+"""Draw docs/live-view.png: the web viewer, in a real browser, of a running drive.
 
     python benchmarks/live_view_picture.py [--scene balanced-start-up] [--at 30] [--out FILE.png]
 
-The picture is taken once the viewer has drawn the drive, at the earliest after so many seconds of
-the run. Needs Chromium (tools/install-browser); where it is drawn by software, on a busy machine,
-that takes minutes.
+The picture is taken once the viewer has drawn the drive, after at least ``--at`` seconds of the
+run. Needs Chromium (tools/install-browser). If it draws by software on a busy machine, this takes
+minutes.
 """
 
 import argparse
@@ -23,7 +23,7 @@ SIZE = (1400, 900)
 
 
 def main() -> None:
-    """Entry point."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,9 +1,8 @@
-"""Which changes of a single operator, comparison or number no test notices.
+"""Find changes of a single operator, comparison or number that no test detects.
 
-cosmic-ray says what can be changed in a file, one place at a time. Each such mutant is served to a
-process of its own, which runs the tests of its room until one fails. Nothing on disk is changed:
-formulas are traced as they are in the process, and what is translated from its source is read from
-the mutant.
+cosmic-ray lists the possible changes of a file. A separate process runs the tests of the file's
+room on each such mutant until a test fails. No file on disk is changed: formulas are traced from
+the mutant in the process, and code that is compiled from its source reads the mutant's text.
 
     .venv/bin/pip install cosmic-ray==8.7.0
     .venv/bin/python benchmarks/mutations.py --json out/mutations.json [ROOM ...]
@@ -53,7 +52,7 @@ ROOMS = {
     "pacing": ("ab_sim/nodes/pacing.py", ["tests/nodes/test_pacing.py"]),
     "inbox": ("ab_sim/nodes/inbox.py", ["tests/nodes/test_inbox.py"]),
 }
-"""What is mutated, and pytest's arguments."""
+"""Mutated files and arguments of pytest, by room."""
 OPERATORS = re.compile(
     "core/("
     "ReplaceBinaryOperator_(Add_Sub|Sub_Add|Mul_Div|Div_Mul|FloorDiv_Mul|Mod_Mul|Pow_Mul)"
@@ -63,18 +62,21 @@ OPERATORS = re.compile(
     "|ReplaceTrueWithFalse|ReplaceFalseWithTrue|ReplaceAndWithOr|ReplaceOrWithAnd"
     "|ReplaceBreakWithContinue|ReplaceContinueWithBreak)"
 )
-"""One other operator for each, and both neighbours of a comparison: cosmic-ray knows eleven, of
-which most are as easily noticed. No removed decorators: the first call refuses those."""
+"""Operators of cosmic-ray: one replacement for each operator, two for each comparison.
+
+cosmic-ray has eleven replacements for each, most of which are as easily detected. Removal of
+decorators is left out, because the first call then fails.
+"""
 PRELOADED = (
     "numpy llvmlite.binding scipy.integrate scipy.optimize "
     "scipy.interpolate scipy.spatial.transform matplotlib.figure pydantic yaml "
     "hypothesis"
 )
-"""Imported once, before processes part."""
+"""Modules that are imported once, before processes are forked."""
 
 
 class Mutant(NamedTuple):
-    """A place in a file and what is done there."""
+    """Place in a file and its change."""
 
     path: str
     line: int
@@ -82,14 +84,14 @@ class Mutant(NamedTuple):
     occurrence: int
 
     def source(self) -> str:
-        """The file's text with the change."""
+        """Return the file's text with the change."""
         operator = get_operator(f"core/{self.operator}")()
         changed = mutate_code(Path(self.path).read_text(), operator, self.occurrence)
         assert changed is not None
         return changed
 
     def shown(self) -> str:
-        """The changed line."""
+        """Return the changed line."""
         pairs = zip(
             Path(self.path).read_text().splitlines(), self.source().splitlines(), strict=True
         )
@@ -97,7 +99,7 @@ class Mutant(NamedTuple):
 
 
 def mutants_of(path: Path) -> Iterator[Mutant]:
-    """All mutants of a file."""
+    """Yield all mutants of a file."""
     tree = get_ast(path.read_text())
     for name in filter(OPERATORS.fullmatch, operator_names()):
         operator = get_operator(name)()
@@ -109,7 +111,7 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
 
 
 def start(mutant: Mutant | None, tests: list[str], patience: int) -> int:
-    """A process that ends with 0 if the tests pass on a mutant (None: on the sources)."""
+    """Start a process that exits with 0 if the tests pass on a mutant (None: on the sources)."""
     child = os.fork()
     if child:
         return child
@@ -138,7 +140,7 @@ def start(mutant: Mutant | None, tests: list[str], patience: int) -> int:
 def outcomes(
     mutants: list[Mutant], tests: list[str], jobs: int, patience: int
 ) -> Iterator[tuple[Mutant, str]]:
-    """Each mutant with "killed", "timeout" or "survived", as they come."""
+    """Yield each mutant with "killed", "timeout" or "survived", in the order of completion."""
     waiting, running = deque(mutants), dict[int, Mutant]()
     while waiting or running:
         while waiting and len(running) < jobs:
@@ -150,7 +152,7 @@ def outcomes(
 
 
 def main() -> None:
-    """Run the rooms that are asked for and print a table, then the survivors."""
+    """Run the requested rooms, and print a table and the surviving mutants."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("rooms", nargs="*", metavar="ROOM", help=f"of {', '.join(ROOMS)}")
     parser.add_argument("--jobs", type=int, default=1, help="processes at once")

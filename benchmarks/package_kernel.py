@@ -1,4 +1,4 @@
-"""The package's compiled loop alone, without what a Drive does around it."""
+"""The package's compiled loop alone, without the other work of a Drive."""
 
 import math
 import time
@@ -13,12 +13,12 @@ from ab_sim.scene import Scene
 
 
 class PackageKernel:
-    """Takes the same steps of a scene, within one piece of its profile, again and again.
+    """Compiled loop that repeats the same steps of a scene within one segment of its profile.
 
     Args:
-        scene: what to simulate.
-        first: steps taken before.
-        steps: steps to take.
+        scene: scene to simulate.
+        first: number of steps taken before.
+        steps: number of steps to take.
     """
 
     def __init__(self, scene: Scene, first: int, steps: int) -> None:
@@ -36,11 +36,11 @@ class PackageKernel:
 
     @property
     def state(self) -> np.ndarray:
-        """As it is now."""
+        """Return the present state."""
         return self.drive._steps.state
 
     def rewind(self) -> None:
-        """Back to before the steps."""
+        """Return to the state before the steps."""
         made = self.drive._steps
         made.state[:], made.discrete_state[:] = self.start.state, self.start.discrete_state
         made.work.smooth[0] = math.nan
@@ -53,7 +53,7 @@ class PackageKernel:
 
 
 def ns_per_step(run: Callable[[], None], steps: int, runs: int) -> float:
-    """CPU time of some runs, per step [ns]."""
+    """Return the CPU time of some runs per step [ns]."""
     begin = time.thread_time_ns()
     for _ in range(runs):
         run()

@@ -1,4 +1,4 @@
-"""Measure how far the live web page is behind the simulation.
+"""Measure the delay of the live web page behind the simulation.
 
     python benchmarks/page_lag.py [--scene balanced-start-up] [--size 1400x900] [--for 30]
 
@@ -34,7 +34,7 @@ RECORD = """() => {
 
 
 def main() -> None:
-    """Entry point."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,15 +1,15 @@
-"""Our steppers beside the strongest integrators of others, in one interleaved run.
+"""The package's steppers and the best integrators of others, measured in one interleaved run.
 
     pip install 'ab_sim[peers]' heyoka; apt install g++ libsundials-dev
     python benchmarks/peers.py [--avx2] [--out docs] [--repeats 21]
 
 writes peers.json and peers.png; limited to AVX2, peers-avx2.json and peers-avx2.png. The drive is
-the thesis' start-up with a hold, without friction. All have output every 5 ms, start anew at the
-kinks of the speed profile, and are compared with one reference at all outputs before anything is
-timed: what does not solve the same equations is left out. Each round runs every method at every
-setting once; slow ones take part in fewer rounds. What a method takes at just an error is
-interpolated log-log along its front, repeat by repeat, ours like the others'; ratios likewise. What
-cannot be had is left out with the reason.
+the thesis' start-up with a hold, without friction. All methods have output every 5 ms, restart at
+the kinks of the speed profile, and are compared with one reference at all outputs before any
+timing: a method with other equations is left out. Each round runs every method at every setting
+once; slow settings take part in fewer rounds. Times at a given error are interpolated log-log along
+a method's front, repeat by repeat, for all methods alike; so are ratios. A method that is not
+available is left out with the reason.
 """
 
 import sys
@@ -32,7 +32,7 @@ from ab_sim.cli.outputs import write_json  # noqa: E402
 WANTED = (1e-6, 1e-9, 1e-12)
 """Errors in ball angle, the largest over the run [rad]."""
 GOAL, BATCH_GOAL, CASE_GOAL = 5.0, 2.5, 3.0
-"""Times ours that the best peer is to take at least."""
+"""Goals: least ratio of the best peer's time to ours, for single runs, batches and other cases."""
 BY_OTHERS = (heyoka_peer, expert_peer, sundials_peer)
 OTHERS = {
     "five balls": ("balls.count=5", "start.ball_angles=[0.0,0.4,0.8,2.0,3.0]"),
@@ -47,7 +47,7 @@ OTHERS = {
         "start.ball_angles=[0.0,0.5]",
     ),
 }
-"""Changes of further cases, with the peers that compile their own equations."""
+"""Changes of further cases, for the peers that compile their own equations."""
 CALLED = {
     "ab_sim": ours.CALLED,
     "heyoka": heyoka_peer.CALLED,
@@ -58,7 +58,7 @@ CALLED = {
 
 
 def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
-    """Single runs and batches, apart."""
+    """Measure single runs and batches separately."""
     case, batch = Case(), BatchCase()
     families = [
         *ours.families(case),
@@ -97,7 +97,7 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
 
 
 def other_case(changes: tuple[str, ...], repeats: int, console: Console) -> dict[str, Any]:
-    """Ours beside the peers that compile their own equations."""
+    """Measure the package's steppers and the peers that compile their own equations on a case."""
     case = Case(changes)
     families = [
         *ours.families(case),

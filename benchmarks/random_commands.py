@@ -1,11 +1,11 @@
-"""Random commands to every scene that ships: steps with unresolved events, and balls that overlap.
+"""Random commands to every scene that ships: steps with unresolved events, and overlaps of balls.
 
     python benchmarks/random_commands.py [--commands 10000] [--out benchmarks/random_commands.json]
 
-So many commands in all, shared by the scenes: each holds for 10 to 400 ms, forwards or backwards,
-within the scene's ``spindle.max_speed``; every fourth follows within a few steps. Written down for
-each scene: events, steps with unresolved events, and the smallest gap between balls that cannot
-pass each other, as a part of their distance in contact.
+The commands are distributed over the scenes. Each command holds for 10 to 400 ms, forwards or
+backwards, within the scene's ``spindle.max_speed``; every fourth follows within a few steps. The
+report has for each scene the events, the steps with unresolved events, and the smallest gap between
+balls that cannot pass each other, relative to their distance in contact.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from tests.overlap import least_gap  # noqa: E402
 
 
 def tried(name: str, commands: int, rng: np.random.Generator) -> dict[str, float]:
-    """One scene under so many commands."""
+    """Run one scene under a number of commands."""
     scene = load_scene(name)
     drive, least = Drive(scene, commanded=True), np.inf
     for count in range(commands):
@@ -42,7 +42,7 @@ def tried(name: str, commands: int, rng: np.random.Generator) -> dict[str, float
 
 
 def main() -> None:
-    """Run it and write it down."""
+    """Run all scenes and write the report."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--commands", type=int, default=10_000)
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".json"))

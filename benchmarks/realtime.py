@@ -1,24 +1,25 @@
-"""How real a drive's time is: lateness, CPU, delay and memory, beside what the system alone gives.
+"""Real-time behaviour of a drive: lateness, CPU, delay and memory, compared with the system alone.
 
     python benchmarks/realtime.py [--parts quiet loaded blocks scheduled] [--seconds 600]
                                   [--memory 3600] [--out docs]
 
-writes realtime.json and realtime.png. The five-ball scene, a sample and a wake-up each millisecond,
-with profile controller, recorder and one subscriber, this process, each a process of its own. All
-the time beside them a bare loop waits for the same grid of deadlines and does nothing else. Parts:
+writes realtime.json and realtime.png. The five-ball scene, with a sample and a wake-up each
+millisecond, runs with profile controller, recorder and one subscriber, this process, each in a
+separate process. In parallel, a bare loop waits for the same grid of deadlines and does nothing
+else. Parts:
 
 - quiet: nothing else runs;
 - loaded: a busy process for each core;
-- blocks: every sample in a block of its own;
-- scheduled: drive and bare loop with SCHED_FIFO, locked memory and garbage collected by hand;
-- memory: an hour, or ``--memory`` seconds, at 10 times real time. Its recording, then some 15 GB,
-  goes to a temporary folder (TMPDIR) and is deleted.
+- blocks: every sample in a separate block;
+- scheduled: drive and bare loop with SCHED_FIFO, locked memory and explicit garbage collection;
+- memory: an hour, or ``--memory`` seconds, at 10 times real time. Its recording, some 15 GB, goes
+  to a temporary folder (TMPDIR) and is deleted.
 
-Each but quiet and memory takes a fifth of ``--seconds``. What is in realtime.json of other parts
-stays, each with the conditions it was measured in; ``--parts`` alone only draws.
+Each part except quiet and memory takes a fifth of ``--seconds``. Other parts stay in realtime.json,
+each with its conditions; ``--parts`` alone only draws.
 
-Lateness and delays are of messages as they are received, so that the way is in them; what the drive
-says of itself is given beside that.
+Lateness and delays are those of received messages, transport included. The values that the drive
+reports are given in addition.
 """
 
 import argparse
@@ -53,12 +54,12 @@ from ab_sim.analysis.effect_cost import conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 
 USUAL = 10.0
-"""s before a load, to which recovery is compared."""
+"""Time before a load to which recovery is compared [s]."""
 
 
 @contextmanager
 def load() -> Iterator[None]:
-    """A busy process for each core."""
+    """Run a busy process for each core."""
     busy = [sys.executable, "-c", "while True: pass"]
     with ExitStack() as running:
         for _ in range(os.cpu_count() or 1):
@@ -69,7 +70,7 @@ def load() -> Iterator[None]:
 
 
 def quiet(ear: Ear, seconds: float, **drive: str) -> dict[str, Any]:
-    """Nothing else runs but these nodes."""
+    """Measure while only these nodes run."""
     with Bench(ear, seconds + SETTLE, **drive) as bench:
         part = bench.run(seconds)
         part["ended"] = bench.close()
@@ -78,7 +79,7 @@ def quiet(ear: Ear, seconds: float, **drive: str) -> dict[str, Any]:
 
 
 def loaded(ear: Ear, seconds: float) -> dict[str, Any]:
-    """Full load, and what comes after it."""
+    """Measure under full load and afterwards."""
     with Bench(ear, USUAL + seconds + SETTLE + RECOVERY) as bench:
         before = bench.run(USUAL)
         usual = before["wake-ups a period or more late"] / before["lateness"]["count"]
@@ -91,7 +92,7 @@ def loaded(ear: Ear, seconds: float) -> dict[str, Any]:
 
 
 def memory(ear: Ear, seconds: float) -> dict[str, Any]:
-    """Of each node, at 10 times real time."""
+    """Measure the memory of each node at 10 times real time."""
     with Bench(ear, seconds + SETTLE, speed_factor="10.0") as bench:
         part = bench.memory(seconds)
         part["ended"] = bench.close()
@@ -99,7 +100,7 @@ def memory(ear: Ear, seconds: float) -> dict[str, Any]:
 
 
 def measures(seconds: float, long: float) -> dict[str, tuple[str, Callable[[Ear], dict[str, Any]]]]:
-    """What is measured of each part, and what it is called in the report."""
+    """Return the measurement of each part with its title in the report."""
     short = max(seconds / 5.0, 10.0)
     return {
         "quiet": ("quiet", lambda ear: quiet(ear, seconds)),
@@ -117,7 +118,7 @@ def measures(seconds: float, long: float) -> dict[str, tuple[str, Callable[[Ear]
 
 
 def picture(report: dict[str, Any], path: Path) -> None:
-    """Lateness of drive and bare loop, part by part; memory over time."""
+    """Draw lateness of drive and bare loop for each part, and memory over time."""
     from matplotlib.figure import Figure
 
     panels = 2 if "memory" in report else 1
@@ -155,7 +156,7 @@ def picture(report: dict[str, Any], path: Path) -> None:
 
 
 def main() -> None:
-    """Entry point."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

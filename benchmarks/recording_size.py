@@ -1,9 +1,9 @@
-"""Bytes a sample that a recording takes, by how it is written. Writes docs/recording-size.json.
+"""Bytes per sample of a recording, for several ways to write it. Writes docs/recording-size.json.
 
     python benchmarks/recording_size.py [--seconds 60] [--out FILE.json]
 
-A drive at 1 kHz with two balls, 15 channels. What does not grow with the recording (the layout, the
-description) is told apart: it is what the first second takes more than any other.
+A drive at 1 kHz with two balls, 15 channels. The part that does not grow with the recording (layout
+and description) is reported separately: the additional size of the first second.
 """
 
 import argparse
@@ -30,7 +30,7 @@ WAYS = {
     "recorder of a drive at 5 kHz, watched": (500, True, False),
     "offline: all at once": (5000, True, True),
 }
-"""Rows of a batch, whether pictures come with each, whether the file has an index."""
+"""Rows per batch, whether each batch has pictures, and whether the file has an index."""
 
 
 def growth(
@@ -41,7 +41,7 @@ def growth(
     pictures: bool,
     index: bool,
 ) -> tuple[float, int]:
-    """Bytes that each sample adds, and those that do not grow."""  # fmt: skip
+    """Return the bytes that each sample adds, and the bytes that do not grow."""  # fmt: skip
     channels, samples = run
     begun, first = 0, 5000
     with Recording(path, description=describe(scene), index=index) as recording:
@@ -56,7 +56,7 @@ def growth(
 
 
 def optimised(path: Path) -> int:
-    """Size of the file after Rerun's own tool."""
+    """Return the size of the file after Rerun's optimisation."""
     out = path.with_suffix(".optimised.rrd")
     program = Path(rerun_cli.__file__).with_name("rerun")
     command = [program, "rrd", "optimize", "--profile", "live", path, "-o", out]
@@ -65,7 +65,7 @@ def optimised(path: Path) -> int:
 
 
 def main() -> None:
-    """Entry point."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,13 +1,12 @@
-"""What scenes compute, to the bit: to compare before a change with after it.
+"""Digests of computed results to the bit, for comparisons before and after a change.
 
     python benchmarks/scene_bits.py > before.txt
     python benchmarks/scene_bits.py > after.txt
     diff before.txt after.txt
 
-prints two numbers for each scene that ships. The first stands for the text of the machine code of
-its equations: where it is the same, each evaluation costs the same and gives the same bits. The
-second stands for the samples and energies of 300 steps, by the scene's stepper and by
-``imex8``.
+prints two digests for each scene that ships. The first one is of the text of the equations' machine
+code: if it is unchanged, each evaluation costs the same and gives the same bits. The second one is
+of the samples and energies of 300 steps, by the scene's stepper and by ``imex8``.
 """
 
 import argparse
@@ -26,7 +25,7 @@ STEPS = 300
 
 
 def main() -> None:
-    """Print them."""
+    """Print the digests."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -36,14 +35,14 @@ def main() -> None:
 
 
 def code(scene: Scene) -> Iterable[bytes]:
-    """The equations' functions in LLVM's language."""
+    """Yield the equations' functions in LLVM's language."""
     emission = code_of(system_of(scene, energy_balance=True), Ramp).emission
     for function in (emission.prepare, emission.slope, emission.finish):
         yield module_text([function()]).encode()
 
 
 def runs(name: str) -> Iterable[bytes]:
-    """Samples and energies."""
+    """Yield samples and energies."""
     for stepper in ([], ["solver.stepper=imex8"]):
         drive = Drive(load_scene(name, stepper), energy_balance=True)
         yield drive.advance(STEPS).samples.tobytes()
@@ -51,7 +50,7 @@ def runs(name: str) -> Iterable[bytes]:
 
 
 def digest(parts: Iterable[bytes]) -> str:
-    """A number that other bytes would hardly have."""
+    """Return a digest of bytes."""
     return hashlib.sha256(b"".join(parts)).hexdigest()[:16]
 
 

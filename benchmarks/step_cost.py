@@ -1,10 +1,10 @@
-"""Time per step for 0 to 64 balls, beside a C kernel of the same scene for 2 and 5.
+"""Time per step for 0 to 64 balls, compared with a C kernel of the same scene for 2 and 5.
 
     python benchmarks/step_cost.py [--out docs] [--repeats 21]
 
 writes step-cost.json and step-cost.png. The scene is the thesis' start-up with a hold, without
-friction, at the critical speed; the compiled loops alone are timed, all kernels in turns. Needs
-gcc for the C kernel.
+friction, at the critical speed. Only the compiled loops are timed, all kernels in turns. Needs gcc
+for the C kernel.
 """
 
 import ctypes
@@ -40,14 +40,14 @@ GOAL, AGREE = 1.3, 1e-11
 
 
 def kernel(method: str, balls: int) -> PackageKernel:
-    """The package's, with so many balls of 1 g spread over the race."""
+    """Return the package's kernel with a number of balls of 1 g spread over the race."""
     angles = [2.5 + 0.09 * i for i in range(balls)]
     changes = [f"solver.stepper={method}", f"balls.count={balls}", f"start.ball_angles={angles}"]
     return PackageKernel(load_scene(SCENE, [*CHANGES, *changes]), FIRST, STEPS)
 
 
 class InC:
-    """The C kernel, taking the same steps as the package's."""
+    """C kernel that takes the same steps as the package's."""
 
     def __init__(self, package: PackageKernel) -> None:
         drive, scene = package.drive, package.drive.scene
@@ -89,7 +89,7 @@ class InC:
         )
 
     def check(self) -> None:
-        """Refuse to compare what does not do the same."""
+        """Refuse kernels with different results."""
         self._package.run()
         self.run()
         off = float(np.abs(self.state - self._package.state).max())
@@ -98,7 +98,7 @@ class InC:
 
 
 def measure(repeats: int) -> dict[str, Any]:
-    """All kernels in turns [ns per step]."""
+    """Measure all kernels in turns [ns per step]."""
     kernels = {(method, n): kernel(method, n) for method in METHODS for n in BALLS}
     in_c = {(method, n): InC(kernels[method, n]) for method in METHODS for n in BESIDE_C}
     for one in in_c.values():
@@ -129,7 +129,7 @@ def measure(repeats: int) -> dict[str, Any]:
 
 
 def start_seconds(scene: str, changes: list[str], processes: int = 5) -> dict[str, Any]:
-    """From a scene to the first step, in new processes, which make its machine code [s]."""
+    """Measure the time from a scene to the first step in new processes that compile [s]."""
     with tempfile.TemporaryDirectory() as cache:
         runs = [run_scene(cache, scene, *changes) for _ in range(processes)]
     times = np.array([one[FIRST_STEP] for one in runs])
@@ -137,7 +137,7 @@ def start_seconds(scene: str, changes: list[str], processes: int = 5) -> dict[st
 
 
 def _growth(medians: list[Any]) -> dict[str, float]:
-    """What one more ball costs [ns], from one number of balls to the next: the same if linear."""
+    """Return the cost of one more ball between the numbers of balls [ns]; constant if linear."""
     n, t = BALLS[2:], medians[2:]
     return {
         f"{few} to {many}": float((t[i + 1] - t[i]) / (many - few))
@@ -146,7 +146,7 @@ def _growth(medians: list[Any]) -> dict[str, float]:
 
 
 def figure(report: dict[str, Any], path: Path) -> None:
-    """Time over the number of balls, and the C kernel's."""
+    """Draw the time over the number of balls, with the C kernel."""
     import matplotlib
 
     matplotlib.use("Agg")

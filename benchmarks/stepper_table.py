@@ -1,4 +1,4 @@
-"""Measure the cost of each stepper at given errors: for one run and for a batch, code included.
+"""Measure the cost of each stepper at given errors: for one run and for a batch, with compiling.
 
     python benchmarks/stepper_table.py [--out docs] [--repeats 3]
 

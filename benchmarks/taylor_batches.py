@@ -1,19 +1,19 @@
-"""Whether Taylor's method pays in batches: of the thesis' drive, and of all smooth effects.
+"""Benefit of Taylor's method in batches, for the thesis' drive and for all smooth effects.
 
     apt install g++
     python benchmarks/taylor_batches.py [--avx2] [--out docs] [--scenes 6] [--repeats 9]
 
-writes taylor-batches.json; limited to AVX2, taylor-batches-avx2.json. Eight runs side by side that
-differ in the balls' mass, samples every 5 ms, CPU time of the compiled code, all settings of a
-scene in turns.
+writes taylor-batches.json; limited to AVX2, taylor-batches-avx2.json. Eight parallel runs differ in
+the balls' mass, with samples every 5 ms. Times are CPU times of the compiled code, with all
+settings of a scene in turns.
 
-``at``: the thesis' start-up with a hold, without friction, beside the same method by hand in C++,
-as peers.py has it; times are interpolated at an error.
+``at``: the thesis' start-up with a hold, without friction, compared with the same method written by
+hand in C++, as in peers.py; times are interpolated at an error.
 
-``rows``: scenes of both plants at random with every effect that has no events. Errors in a ball's
-angle beside rk8 at 0.05 ms; what Taylor's method takes [us per simulated second], and how many
-times longer the quickest of rk8, at the steps of a ladder, takes that has no larger error; medians
-over repeats.
+``rows``: random scenes of both plants with every effect without events. Errors in a ball's angle
+are against rk8 at 0.05 ms. Rows have the time of Taylor's method [us per simulated second], and the
+ratio of the time of the fastest rk8, over a ladder of steps, with no larger error; medians over
+repeats.
 """
 
 import sys
@@ -44,17 +44,17 @@ EVERY, FINE = 0.005, 5e-5
 TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
 LADDER = (0.005, 0.0025, 0.00125, 0.000625, 0.0003125)
 FACTORS = [1.0 + 0.01 * k for k in range(8)]
-"""Of the balls' mass in the runs of a batch."""
+"""Factors on the balls' mass in the runs of a batch."""
 
 
 class Setting:
-    """A batch of a scene with a stepper.
+    """Batch of a scene with a stepper.
 
     Args:
-        scene: what runs.
-        stepper: its name.
-        step: s.
-        tolerance: of those that have one.
+        scene: scene to run.
+        stepper: name of the stepper.
+        step: integration step [s].
+        tolerance: tolerance of steppers that have one.
     """
 
     def __init__(self, scene: Scene, stepper: str, step: float, tolerance: float | None) -> None:
@@ -68,7 +68,7 @@ class Setting:
         self.angles = self.once()
 
     def once(self) -> np.ndarray:
-        """The balls' angles in all runs."""
+        """Return the ball angles of all runs."""
         batch = simulate_batch(self._scene, self._variations, self._every)
         simulated = len(FACTORS) * self._scene.duration
         self._times.append(1e6 * batch.integration_seconds / simulated)
@@ -76,12 +76,12 @@ class Setting:
 
     @property
     def time(self) -> float:
-        """us per simulated second; the first run, which makes code, does not count."""
+        """Return the time per simulated second [us], without the first run, which compiles."""
         return float(np.median(self._times[1:]))
 
 
 def settings(scene: Scene) -> Iterator[Setting]:
-    """All that are not refused."""
+    """Yield all settings that the scene accepts."""
     for tolerance in TOLERANCES:
         yield Setting(scene, "taylor", EVERY, tolerance)
     for step in LADDER:
@@ -92,7 +92,7 @@ def settings(scene: Scene) -> Iterator[Setting]:
 
 
 def measure(what: str, scene: Scene, repeats: int) -> list[dict[str, Any]]:
-    """One scene at all tolerances."""
+    """Measure one scene at all tolerances."""
     true, found = Setting(scene, "rk8", FINE, None).angles, list(settings(scene))
     for turn in range(repeats):
         for place in range(len(found)):
@@ -117,7 +117,7 @@ def measure(what: str, scene: Scene, repeats: int) -> list[dict[str, Any]]:
 
 
 def beside_peer(repeats: int) -> dict[str, Any]:
-    """The thesis' drive by all of ours, and in C++."""
+    """Measure the thesis' drive with the package's steppers and in C++."""
     case = BatchCase()
     families = [*ours.batch_families(case), *expert_peer.batch_families(case)]
     found, left_out = candidates(families, print)
@@ -130,7 +130,7 @@ def beside_peer(repeats: int) -> dict[str, Any]:
 
 
 def scenes(count: int) -> Iterator[tuple[str, Scene]]:
-    """What is run, by name."""
+    """Yield the scenes by name."""
     for plant in PLANTS:
         for seed in range(count):
             made = scene_at_random(plant, seed, step=EVERY)

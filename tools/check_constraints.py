@@ -1,7 +1,7 @@
 """check_constraints.py: resolve the constraints for each Python and each release of ROS.
 
-Nothing is installed. For a Python, all that `make` could install must resolve, and each package
-must have its version in constraints.txt or in the file of the release.
+Nothing is installed. For each Python, everything that `make` could install must resolve, and each
+package must have its version in constraints.txt or in the file of the release.
 """
 
 import re
@@ -16,12 +16,12 @@ NAME = re.compile(r"^[\w.-]+", re.MULTILINE)
 
 
 def names(text: str) -> set[str]:
-    """Return the packages that a list of requirements names, spelt as PEP 503 has it."""
+    """Return the packages in a list of requirements, normalised as in PEP 503."""
     return {re.sub(r"[-_.]+", "-", name).lower() for name in NAME.findall(text)}
 
 
 def fault(python: str, release: str) -> str:
-    """Return why the constraints do not serve a Python with a release, or nothing."""
+    """Return the fault of the constraints for a Python and a release; empty if there is none."""
     files = [ROOT / "constraints.txt", ROOT / f"constraints-{release}.txt"]
     done = subprocess.run(
         [
@@ -44,7 +44,7 @@ def fault(python: str, release: str) -> str:
 
 
 def main() -> int:
-    """Print a line for each Python with each release; return 1 if one of them has a fault."""
+    """Print a line for each Python and release; return 1 if there is a fault."""
     faults = 0
     for python in PYTHONS:
         for release in RELEASES:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Run a notebook's cells in order, and store what they show, without Jupyter.
+"""Run a notebook's cells in order, and store their output, without Jupyter.
 
     .venv/bin/python tools/run_notebook.py examples/design_a_balancer/design_a_balancer.ipynb
 
@@ -33,7 +33,7 @@ def run(cells: list[dict[str, Any]]) -> None:
 
 
 def outputs_of(source: str, names: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Run a cell; return what it prints, its open figures and its last value."""
+    """Run a cell; return its printed text, its open figures and its last value."""
     tree = ast.parse(source)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     value = None
@@ -64,7 +64,7 @@ def outputs_of(source: str, names: dict[str, Any], count: int) -> list[dict[str,
 
 
 def lines_of(text: str) -> list[str]:
-    """Split a text as notebooks store it."""
+    """Split a text into lines as notebooks store it."""
     return text.splitlines(keepends=True)
 
 

@@ -1,10 +1,10 @@
-"""Take a picture of a recording, as Rerun's viewer shows it, on a machine without a screen.
+"""Take a picture of a recording in Rerun's viewer on a machine without a screen.
 
     .venv/bin/python tools/screenshot.py FILE.rrd PICTURE.png [TIME] [PAGE]
 
-docs/view.png is of a run by `ab-sim run balanced-start-up --rrd FILE.rrd`, at 1.35 s.
+docs/view.png shows a run by `ab-sim run balanced-start-up --rrd FILE.rrd`, at 1.35 s.
 
-TIME is in s, PAGE one of the viewer's pages, counted from 0. Needs Mesa's software renderer
+TIME is in s, PAGE is one of the viewer's pages, counted from 0. Needs Mesa's software renderer
 (Debian: mesa-vulkan-drivers).
 """
 
@@ -29,7 +29,7 @@ SIZE = "1400x900"
 
 
 def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
-    """Open a viewer, let it load, move it, take the picture."""
+    """Open a viewer, load the recording, move to a time and take the picture."""
     run = read_recording(file)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

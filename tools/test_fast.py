@@ -1,7 +1,7 @@
-"""test_fast.py [BASE]: tests of what was touched since BASE, and a core, in less than two minutes.
+"""test_fast.py [BASE]: run tests of changes since BASE, and a core, in less than two minutes.
 
-BASE is a commit; without one, what main and this branch have in common, on main itself its last
-commit. What is left out is said at the end. It is also the pytest plugin that keeps the time.
+BASE is a commit; default: the common ancestor of main and this branch, or on main its last commit.
+The tests left out are reported at the end. This file is also the pytest plugin that keeps the time.
 """
 
 import functools
@@ -19,7 +19,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 TESTS = ROOT / "tests"
 SECONDS = 85.0
-"""No test begins later; the last ones and the summary take some time, too."""
+"""Time after which no test begins [s]; the last tests and the summary take more time."""
 UNTIL, FILES = "AB_SIM_TEST_FAST_UNTIL", "AB_SIM_TEST_FAST_FILES"
 NO_TIME = "no time left"
 
@@ -31,14 +31,14 @@ CORE = (
     "tests/dynamics/test_planar.py",
     "tests/drive/test_drive.py",
 )
-"""Run whatever was touched, and before it."""
+"""Tests that always run, before the others."""
 ALSO = {
     "equations": ("effects", "dynamics", "formulas", "tracing"),
     "kernels": ("integrate", "drive"),
     "stepping": ("integrate",),
     "api": ("test_public_api.py",),
 }
-"""Folders of tests of a package, in addition to the one with its name."""
+"""Folders of tests of a package, in addition to the folder with its name."""
 ELSEWHERE = {
     "ab_msgs_py": ("tests/msgs",),
     "config": ("tests/scene", "tests/deck/test_scenes_that_ship.py"),
@@ -49,11 +49,11 @@ ELSEWHERE = {
     "tools": ("tests/packaging",),
     "": ("tests/packaging",),
 }
-"""Tests of what is not in the package, by folder; "" is the project's own."""
+"""Tests of files outside the package, by folder; "" is the root."""
 
 
 def changed_files(base: str | None) -> list[str]:
-    """What differs from the commit, committed or not, and what git does not know yet."""
+    """Return the files that differ from the commit, including uncommitted and untracked ones."""
     if base is None:
         base = _git("merge-base", "HEAD", "main") or "HEAD"
     changed = _git("diff", "--name-only", base) or ""
@@ -67,7 +67,7 @@ def _git(*arguments: str) -> str | None:
 
 
 def tests_of(changed: Iterable[str]) -> list[str]:
-    """Test files: the core, those that were changed, then what is nearest to the changes first."""
+    """Return test files: the core, then changed tests, then those closest to the changes first."""
     own, files, folders = [], [], []
     for name in changed:
         path = Path(name)
@@ -88,7 +88,7 @@ def tests_of(changed: Iterable[str]) -> list[str]:
 
 
 def _importers(path: Path) -> list[str]:
-    """Tests that import a module."""
+    """Return the tests that import a module."""
     parts = path.with_suffix("").parts
     module = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
     package, _, name = module.rpartition(".")
@@ -101,7 +101,7 @@ def _importers(path: Path) -> list[str]:
 
 @functools.cache
 def _texts_of_tests() -> dict[str, str]:
-    """Texts of all test files, by their names."""
+    """Return the texts of all test files by name."""
     files = _test_files(TESTS)
     return {str(file.relative_to(ROOT)): file.read_text(encoding="utf-8") for file in files}
 
@@ -113,13 +113,13 @@ def _test_files(path: Path) -> list[Path]:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Begin nothing when the time is over; in every process that runs tests."""
+    """Skip the test when the time is over, in every process that runs tests."""
     if time.time() > float(os.environ[UNTIL]):
         pytest.skip(NO_TIME)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say what did not run."""
+    """Report the tests that did not run."""
     skipped = terminalreporter.stats.get("skipped", [])
     late = [report for report in skipped if NO_TIME in str(report.longrepr)]
     ran = {str(Path(file)) for file in os.environ[FILES].split()}
@@ -136,7 +136,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def main() -> int:
-    """Run them; the exit code is pytest's."""
+    """Run the tests; return pytest's exit code."""
     changed = changed_files(sys.argv[1] if len(sys.argv) > 1 and sys.argv[1] else None)
     files = tests_of(changed)
     print(f"{len(changed)} files touched, {len(files)} files of tests", flush=True)

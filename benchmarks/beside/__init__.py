@@ -1,1 +1,1 @@
-"""Our steppers and other people's integrators on one drive: see ../peers.py."""
+"""The package's steppers and other integrators on one drive: see ../peers.py."""

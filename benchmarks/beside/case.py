@@ -1,6 +1,6 @@
-"""The drive that all of them run: the thesis' start-up with a hold, without friction.
+"""Drive that all methods run: the thesis' start-up with a hold, without friction.
 
-Cases are that with something changed; the peers' own equations have its effects, and no others.
+Further cases change this drive; the peers' own equations have its effects only.
 """
 
 from collections.abc import Sequence
@@ -20,35 +20,35 @@ from ab_sim.scene.load import changed_scene
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 SAMPLING = SampleTimes(0.005, 1200)
-"""All have output every 5 ms, and are compared there."""
+"""Output times of all methods, at which they are compared: every 5 ms."""
 CONDITIONS = {
     "scene": SCENE,
     "changes": CHANGES,
     "duration": SAMPLING.end,
     "period": SAMPLING.period,
 }
-"""What is run, for a report."""
+"""Conditions for a report."""
 VARIATIONS: list[dict[str, Any]] = [{"balls.mass": 1e-3 * (1.0 + 0.01 * i)} for i in range(8)]
-"""The runs of a batch."""
+"""Runs of a batch."""
 
 
 class EqualBall(NamedTuple):
-    """Symbols as in docs/equations.md."""
+    """Parameters of equal balls, with the symbols of docs/equations.md."""
 
     m: float
     a: float
     mu: float
     lever: float
-    """(m R - (I/a^2) a)/mu [m]."""
+    """Lever (m R - (I/a^2) a)/mu [m]."""
     drag: float
-    """c_b [N s/m]."""
+    """Drag coefficient c_b [N s/m]."""
 
 
 class Case:
-    """One run of a drive, and what it is compared with.
+    """One run of a drive, with its reference.
 
     Args:
-        changes: what is changed in the drive.
+        changes: changes of the drive.
     """
 
     def __init__(self, changes: Sequence[str] = ()) -> None:
@@ -58,11 +58,11 @@ class Case:
         self.reference: Reference = smooth_reference(self.f)
 
     def with_solver(self, *solver: str) -> Scene:
-        """The drive with solver settings."""
+        """Return the drive with solver settings."""
         return load_scene(SCENE, [*self.changes, *solver])
 
     def error(self, samples: Samples) -> float:
-        """The largest in a ball's angle [rad]."""
+        """Return the largest error in a ball's angle [rad]."""
         return off(samples, self.reference.first, self.scene)
 
 
@@ -77,17 +77,17 @@ class BatchCase:
         ]
 
     def with_solver(self, *solver: str) -> Scene:
-        """What they have in common, with solver settings."""
+        """Return the common scene with solver settings."""
         return load_scene(SCENE, [*CHANGES, *solver])
 
     def error(self, runs: Sequence[Samples]) -> float:
-        """The largest in a ball's angle in any of them [rad]."""
+        """Return the largest error in a ball's angle in any run [rad]."""
         each = zip(runs, self.references, self.runs, strict=True)
         return max(off(samples, reference, f.scene) for samples, reference, f in each)
 
 
 def equal_balls(scene: Scene) -> EqualBall:
-    """What the peers' own equations know of the balls: they have to be equal."""
+    """Return the parameters for the peers' own equations, which require equal balls."""
     m, a = scene.balls.masses[0], scene.balls.radii[0]
     effects = tuple(scene.effects.values())
     inertia, drag = (
@@ -98,7 +98,7 @@ def equal_balls(scene: Scene) -> EqualBall:
 
 
 def off(samples: Samples, reference: Samples, of: Scene) -> float:
-    """How far a run is from its reference in ball angle, at most [rad]; NaN if it is not finite."""
+    """Return the largest difference from the reference in ball angle [rad]; NaN if not finite."""
     if not np.isfinite(samples.angles).all():
         return float("nan")
     return deviation(samples, reference, of.whirl_unit[0]).angle

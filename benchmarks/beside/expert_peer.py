@@ -1,11 +1,11 @@
-"""The equations in C++ with explicit vectors, as an expert would write them: ../expert.
+"""Equations in C++ with explicit vectors, as an expert would write them: ../expert.
 
     apt install g++
 
 Taylor's method of fixed order with steps by tolerance, and the Runge-Kutta method of order 8 with
-steps that divide the output's period. Built here for each number of balls, with vectors of AVX-512
-where the processor has them, or limited to AVX2. Of one run the balls' components are in the lanes
-of vectors; of a batch, runs, all of which take the same steps.
+steps that divide the output's period. It is compiled here for each number of balls, with vectors of
+AVX-512 if the processor has them, or limited to AVX2. The lanes of vectors hold the balls'
+components of one run, or the runs of a batch, which all take the same steps.
 """
 
 import ctypes
@@ -34,7 +34,7 @@ FAST = ("-ffast-math",)
 ORDERS = (6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18)
 TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(6, 29))
 MOST_BALLS = 8
-"""As many as one run has room for in its lanes."""
+"""Largest number of balls that fit in the lanes of one run."""
 TAYLOR, RK, TAIL = "Taylor in C++", "RK8 in C++", ", -ffast-math"
 INSTALL = "apt install g++"
 CALLED = (
@@ -59,19 +59,19 @@ class Leg(ctypes.Structure):
 
 
 class Build(NamedTuple):
-    """What is compiled."""
+    """Settings of a compilation."""
 
     balls: int
     runs: int
-    """In lanes; 1 if the balls are."""
+    """Number of runs in lanes; 1 if the balls are in lanes."""
     flags: tuple[str, ...]
 
 
 def compiler() -> str:
-    """And its version.
+    """Return the name and version of the compiler.
 
     Raises:
-        AbsentError: there is none.
+        AbsentError: there is no compiler.
     """
     found = shutil.which("c++")
     if found is None:
@@ -81,7 +81,7 @@ def compiler() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Of the compiler, with its options; empty without one."""
+    """Return the compiler's version and options; empty without a compiler."""
     try:
         return {"C++ compiler": " ".join([compiler(), *FLAGS, *for_compilers()])}
     except AbsentError:
@@ -90,10 +90,10 @@ def versions() -> dict[str, str]:
 
 @cache
 def library(build: Build) -> ctypes.CDLL:
-    """The shared library.
+    """Compile the shared library.
 
     Raises:
-        AbsentError: no compiler, or it cannot build it.
+        AbsentError: there is no compiler, or it fails.
     """
     compiler()
     with tempfile.TemporaryDirectory(prefix="expert-") as folder:
@@ -117,7 +117,7 @@ def library(build: Build) -> ctypes.CDLL:
 
 
 def _tableau() -> str:
-    """That of our own rk8: Dormand and Prince's, as in DOP853."""
+    """Return the tableau of the package's rk8: that of Dormand and Prince, as in DOP853."""
     a, b, c = RK8.weights
     numbers = lambda row: "{" + ", ".join(float(x).hex() for x in row) + "}"  # noqa: E731
     rows = ", ".join(numbers(row) for row in a)
@@ -131,7 +131,7 @@ def _tableau() -> str:
 
 
 def constants(scene: Scene) -> list[float]:
-    """``Constants`` of drive.h."""
+    """Return the ``Constants`` of drive.h."""
     M, R, suspension = scene.total_mass, scene.race.radius, scene.effects["suspension"]
     m, _, mu, lever, drag = equal_balls(scene)
     kappa = m / (mu * R)
@@ -147,13 +147,13 @@ def constants(scene: Scene) -> list[float]:
 
 
 class Function:
-    """A compiled method on runs that differ in their constants.
+    """Compiled method on runs that differ in their constants.
 
     Args:
-        build: what is compiled.
-        name: of the function.
-        runs: as many as it has lanes.
-        dial: its last argument.
+        build: settings of the compilation.
+        name: name of the function.
+        runs: runs, as many as there are lanes.
+        dial: last argument of the function.
     """
 
     def __init__(self, build: Build, name: str, runs: list[RightHandSide], dial: Any) -> None:
@@ -181,12 +181,12 @@ class Function:
         )
 
     def __call__(self) -> int:
-        """A run from the start into ``rows``; how many steps it took."""
+        """Run from the start and write to ``rows``; return the number of steps."""
         return int(self._call(*self._arguments))
 
 
 class Single:
-    """One run."""
+    """Single run."""
 
     ours, simulated, evaluations = False, SAMPLING.end, None
 
@@ -198,17 +198,17 @@ class Single:
         self.function = Function(build, name, [case.f], dial)
 
     def once(self) -> tuple[float, Any]:
-        """A run."""
+        """Run once."""
         seconds, self.steps = timed(self.function)
         return seconds, self.function.rows
 
     def error(self, kept: np.ndarray) -> float:
-        """Of its states."""
+        """Return the error of the states."""
         return self.case.error(self.case.f.samples(kept[self.function.keep, :, 0]))
 
 
 class EightAtOnce:
-    """A batch, in as many groups as it takes."""
+    """Batch, in as many groups as the lanes require."""
 
     ours, evaluations = False, None
     simulated = len(VARIATIONS) * SAMPLING.end
@@ -223,7 +223,7 @@ class EightAtOnce:
         self.functions = [Function(build, name, group, dial) for group in groups]
 
     def once(self) -> tuple[float, Any]:
-        """All eight."""
+        """Run all eight."""
         return timed(self._run)
 
     def _run(self) -> list[np.ndarray]:
@@ -232,19 +232,19 @@ class EightAtOnce:
         return [function.rows for function in self.functions]
 
     def error(self, kept: list[np.ndarray]) -> float:
-        """The largest of all."""
+        """Return the largest error of all runs."""
         states = np.concatenate(kept, axis=2)[self.functions[0].keep]
         runs = enumerate(self.case.runs)
         return self.case.error([f.samples(states[:, :, lane]) for lane, f in runs])
 
 
 def families(case: Case) -> list[Family]:
-    """One run."""
+    """Return the methods for one run."""
     return _families(case, Single, case.scene.balls.count, 1, "")
 
 
 def batch_families(case: BatchCase) -> list[Family]:
-    """Eight at once."""
+    """Return the methods for eight runs."""
     balls = case.runs[0].scene.balls.count
     return _families(case, EightAtOnce, balls, lanes(), ", batch of 8")
 
@@ -266,7 +266,7 @@ def _check(build: Build) -> None:
 
 
 def _taylor(made: Any, build: Build) -> Iterator[tuple[str, Maker]]:
-    """At each tolerance the orders near -ln(tolerance)/2 + 1, which is Jorba and Zou's choice."""
+    """Yield, for each tolerance, orders near -ln(tolerance)/2 + 1, the choice of Jorba and Zou."""
     _check(build)
     for tolerance in TOLERANCES:
         wanted = 1.0 - 0.5 * np.log(tolerance)

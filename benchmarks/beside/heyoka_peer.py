@@ -2,14 +2,15 @@
 
     pip install heyoka
 
-It is no dependency of the package, not even of its extras: nothing but this benchmark calls it.
+It is not a dependency of the package or of its extras: only this benchmark calls it.
 
-Called as its documentation advises where time counts: double precision, ``compact_mode`` off (more
-to compile, quicker to run; the system is small), ``fast_math`` both ways, what a segment of the
-speed profile sets as runtime parameters of one compiled integrator, time counted from where the
-segment begins, output by ``propagate_grid`` from the Taylor polynomials of its steps. It starts
-anew at each kink of the profile. Of a batch, what the balls' masses make different are runtime
-parameters too; all products of constants are made before, so that no step computes them.
+It is called as its documentation advises for speed: double precision, ``compact_mode`` off (slower
+to compile, faster to run; the system is small), and ``fast_math`` both ways. The values of a
+profile's segment are runtime parameters of one compiled integrator, and time counts from the
+segment's beginning. Output comes from ``propagate_grid``, by the Taylor polynomials of the steps.
+The integrator restarts at each kink of the profile. In a batch, values that depend on the balls'
+masses are runtime parameters, too. All products of constants are computed beforehand, so that no
+step computes them.
 """
 
 import importlib.metadata
@@ -39,7 +40,7 @@ INSTALL = "heyoka.py is not installed; pip install heyoka"
 
 
 def versions() -> dict[str, str]:
-    """Of heyoka.py; empty where it is not installed."""
+    """Return the version of heyoka.py; empty if it is not installed."""
     try:
         return {"heyoka": importlib.metadata.version("heyoka")}
     except importlib.metadata.PackageNotFoundError:
@@ -47,7 +48,7 @@ def versions() -> dict[str, str]:
 
 
 class Constants(NamedTuple):
-    """Of a drive with equal balls, in equations divided by M and by mu R."""
+    """Constants of a drive with equal balls, in equations divided by M and by mu R."""
 
     stiffness: Any
     """k/M."""
@@ -68,7 +69,7 @@ class Constants(NamedTuple):
 
     @classmethod
     def of(cls, scene: Scene) -> "Constants":
-        """From the scene's numbers."""
+        """Return the constants of a scene."""
         M, R, suspension = scene.total_mass, scene.race.radius, scene.effects["suspension"]
         m, _, mu, _, drag = equal_balls(scene)
         return cls(
@@ -84,22 +85,22 @@ class Constants(NamedTuple):
 
 
 class OnRamp(NamedTuple):
-    """What a segment of the profile sets; the first of the runtime parameters."""
+    """Values of a profile's segment, the first of the runtime parameters."""
 
     speed: Any
-    """At its begin."""
+    """Speed at the segment's beginning [rad/s]."""
     slope: Any
-    """al."""
+    """Acceleration al [rad/s^2]."""
     unbalance: Any
     """M0 e al/M."""
     lever: Any
-    """(m R - (I/a^2) a) al/(mu R): what the spindle's acceleration gives a ball."""
+    """(m R - (I/a^2) a) al/(mu R): effect of the spindle's acceleration on a ball."""
     left: Any
-    """m R al/M, less m/M times what it gives the ball: what is left to the deck."""
+    """m R al/M minus m/M times the effect on a ball: effect on the deck."""
 
     @classmethod
     def of(cls, scene: Scene, leg: SmoothInterval) -> "OnRamp":
-        """On a leg's segment; the expressions know no other kind than ramps."""
+        """Return the values of a segment; the expressions support ramps only."""
         segment = leg.place.segment
         assert isinstance(segment, Ramp)
         al, M, R = segment.slope, scene.total_mass, scene.race.radius
@@ -118,11 +119,11 @@ ON_RAMP = len(OnRamp._fields)
 
 
 def equations(hy: Any, k: Constants, balls: int) -> list[tuple[Any, Any]]:
-    """docs/equations.md, section 1, on the rotating axes, solved for the accelerations.
+    """Return docs/equations.md, section 1, on the rotating axes, solved for the accelerations.
 
-    Of each ball g/R = -(drag r + lever al + pull A.t); put into the deck's equations that leaves
-    two for A, solved by hand. Constants stand beside one function each: products of parameters
-    would be functions of time to Taylor's method, and cost as much.
+    Each ball has g/R = -(drag r + lever al + pull A.t). Inserted into the deck's equations, this
+    leaves two equations for A, solved by hand. Each constant multiplies a single function, because
+    Taylor's method would treat products of parameters as functions of time, at the same cost.
     """
     on = OnRamp(*(hy.par[i] for i in range(ON_RAMP)))
     u1, u2, v1, v2 = hy.make_vars("u1", "u2", "v1", "v2")
@@ -157,7 +158,7 @@ def equations(hy: Any, k: Constants, balls: int) -> list[tuple[Any, Any]]:
 
 
 class Single:
-    """One run."""
+    """Single run."""
 
     ours, continuous, simulated, evaluations = False, True, SAMPLING.end, None
 
@@ -178,7 +179,7 @@ class Single:
         )
 
     def once(self) -> tuple[float, Any]:
-        """A run."""
+        """Run once."""
         return timed(self._run)
 
     def _run(self) -> list[np.ndarray]:
@@ -196,12 +197,12 @@ class Single:
         return kept
 
     def error(self, kept: list[np.ndarray]) -> float:
-        """Of its states."""
+        """Return the error of the states."""
         return self.case.error(self.case.f.samples(np.concatenate(kept)))
 
 
 class Group:
-    """Runs in the lanes of vectors, each with steps of its own."""
+    """Runs in the lanes of vectors, each with separate steps."""
 
     def __init__(
         self, hy: Any, runs: Sequence[RightHandSide], tolerance: float, fast: bool
@@ -227,7 +228,7 @@ class Group:
         )
 
     def run(self) -> list[np.ndarray]:
-        """States at the outputs."""
+        """Return the states at the outputs."""
         integrator, kept = self.integrator, []
         integrator.state[:] = self.start
         for grid, pars, keep in self.legs:
@@ -241,7 +242,7 @@ class Group:
 
 
 class EightAtOnce:
-    """A batch, in as many groups as vectors have room for."""
+    """Batch, in as many groups as the vectors' lanes require."""
 
     ours, continuous, evaluations = False, True, None
     simulated = len(VARIATIONS) * SAMPLING.end
@@ -253,23 +254,23 @@ class EightAtOnce:
         self.groups = [Group(hy, group, tolerance, fast) for group in groups]
 
     def once(self) -> tuple[float, Any]:
-        """All eight."""
+        """Run all eight."""
         return timed(lambda: [group.run() for group in self.groups])
 
     def error(self, kept: list[list[np.ndarray]]) -> float:
-        """The largest of all."""
+        """Return the largest error of all runs."""
         states = np.concatenate([np.concatenate(each) for each in kept], axis=2)
         runs = enumerate(self.case.runs)
         return self.case.error([f.samples(states[:, :, lane]) for lane, f in runs])
 
 
 def families(case: Case) -> list[Family]:
-    """One run, ``fast_math`` off and on."""
+    """Return the methods for one run, ``fast_math`` off and on."""
     return _both(NAME, Single, case)
 
 
 def batch_families(case: BatchCase) -> list[Family]:
-    """Eight at once, ``fast_math`` off and on."""
+    """Return the methods for eight runs, ``fast_math`` off and on."""
     return _both(f"{NAME}, batch of 8", EightAtOnce, case)
 
 

@@ -1,4 +1,4 @@
-"""Our steppers: as a user runs them, and their compiled loops alone."""
+"""The package's steppers: as a user runs them, and their compiled loops alone."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -12,9 +12,9 @@ from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
 from beside.turns import Family, Maker, timed
 
 STEPS = (5e-3, 2.5e-3, 1e-3)
-"""s, of rk8 and imex8; they have to divide the period of the output."""
+"""Steps of rk8 and imex8 [s]; they must divide the period of the output."""
 TOLERANCES = tuple(10.0**-k for k in range(4, 14))
-"""rad per step, of taylor."""
+"""Tolerances of taylor [rad per step]."""
 CALLED = (
     '`Drive.advance`, as users run it, with a trajectory at its end; "compiled loop": the calls of '
     "compiled code alone that it makes. rk8 and imex8 have a sample at each of "
@@ -53,7 +53,7 @@ OURS: dict[str, Callable[[], Settings]] = {
 
 
 class Whole:
-    """``Drive.advance``: the run, and a trajectory with a sample every 5 ms."""
+    """Run of ``Drive.advance`` with a sample every 5 ms."""
 
     ours, simulated, evaluations = True, SAMPLING.end, None
 
@@ -64,17 +64,17 @@ class Whole:
         self.every = SAMPLING.per_period(self.drive.step)
 
     def once(self) -> tuple[float, Any]:
-        """A run."""
+        """Run once."""
         self.drive.reset()
         return timed(partial(self.drive.advance, SAMPLING.number * self.every, self.every))
 
     def error(self, kept: Any) -> float:
-        """Of its samples."""
+        """Return the error of the samples."""
         return self.case.error(Samples.of(kept))
 
 
 class Loop:
-    """The same run's call of compiled code, which writes a sample at every step."""
+    """Call of compiled code of the same run, which writes a sample at every step."""
 
     ours, simulated, evaluations = True, SAMPLING.end, None
 
@@ -87,7 +87,7 @@ class Loop:
         self.samples = self.drive._room_for(self.steps)
 
     def once(self) -> tuple[float, Any]:
-        """A run."""
+        """Run once."""
         self.drive.reset()
         return timed(self._run)
 
@@ -96,14 +96,14 @@ class Loop:
         return self.samples
 
     def error(self, kept: Any) -> float:
-        """Of ``Drive.advance``, which makes the same call."""
+        """Return the error of ``Drive.advance``, which makes the same call."""
         self.drive.reset()
         whole = self.drive.advance(self.steps, self.every)
         return self.case.error(Samples.of(whole))
 
 
 class SideBySide:
-    """``simulate_batch``: eight runs at once; the whole call, or its compiled kernel alone."""
+    """Eight runs by ``simulate_batch``: the whole call, or its compiled kernel alone."""
 
     ours, evaluations = True, None
     simulated = len(VARIATIONS) * SAMPLING.end
@@ -115,17 +115,17 @@ class SideBySide:
         self.every = SAMPLING.per_period(of.solver.step)
 
     def once(self) -> tuple[float, Any]:
-        """All eight."""
+        """Run all eight."""
         seconds, batch = timed(partial(simulate_batch, self.scene, VARIATIONS, self.every))
         return (seconds if self.whole else batch.integration_seconds), batch
 
     def error(self, kept: Batch) -> float:
-        """The largest of all."""
+        """Return the largest error of all runs."""
         return self.case.error([Samples.of(run.trajectory) for run in kept.runs])
 
 
 def families(case: Case) -> list[Family]:
-    """One run."""
+    """Return the methods for one run."""
     return [
         (name + tail, partial(_single, kind, case, name))
         for name in OURS
@@ -134,7 +134,7 @@ def families(case: Case) -> list[Family]:
 
 
 def batch_families(case: BatchCase) -> list[Family]:
-    """Eight at once."""
+    """Return the methods for eight runs."""
     return [
         (name + tail, partial(_batch, case, name, whole))
         for name in OURS

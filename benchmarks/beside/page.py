@@ -1,4 +1,4 @@
-"""The part of docs/accuracy.md on peers.json and peers-avx2.json."""
+"""Part of docs/accuracy.md on peers.json and peers-avx2.json."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Error against time of every method, and of the batches."""
+"""Picture of error against time of every method, and of the batches."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,11 +10,11 @@ COLOURS = {"imex8": "tab:red", "rk8": "tab:orange", "taylor": "tab:pink",
            "LSODA": "tab:purple", "DOP853": "tab:brown", "MuJoCo": "tab:gray"}  # fmt: skip
 LINES = ("-", "--", ":", "-.")
 LEAST, MOST = 1e-14, 1e-3
-"""Errors shown [rad]; less than the least is drawn at its edge."""
+"""Limits of the error axis [rad]; smaller errors are drawn at its edge."""
 
 
 def picture(report: dict[str, Any], path: Path) -> None:
-    """Two panels: CPU time of one run; simulated seconds per CPU second of batches."""
+    """Draw two panels: CPU time of one run; simulated seconds per CPU second of batches."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -50,7 +50,7 @@ def picture(report: dict[str, Any], path: Path) -> None:
 
 
 def _some(value: float, _: Any) -> str:
-    """Labels of 2 and 5 times powers of ten: more of them would overlap."""
+    """Return labels only for 2 and 5 times powers of ten, because more of them would overlap."""
     return f"{value:,.0f}" if f"{value:e}"[0] in "25" else ""
 
 
@@ -59,7 +59,7 @@ def _error(row: dict[str, Any]) -> float:
 
 
 def _lines(panel: Any, rows: Sequence[dict[str, Any]], place: Callable[[float], float]) -> None:
-    """Each method's front as a line, ours first; settings that it beats itself as small dots."""
+    """Draw each method's front as a line, ours first; inferior settings as small dots."""
     methods = dict.fromkeys(row["method"] for row in sorted(rows, key=lambda row: not row["ours"]))
     seen: dict[str, int] = {}
     for method in methods:

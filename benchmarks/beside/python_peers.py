@@ -1,4 +1,4 @@
-"""Integrators that call the right-hand side from Python, and MuJoCo, which has its own model."""
+"""Integrators that call the right-hand side from Python, and MuJoCo, which has a separate model."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -19,13 +19,13 @@ CALLED = (
 )
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 STEPS = (2.5e-3, 1e-3, 0.5e-3, 0.25e-3)
-"""s, of MuJoCo."""
+"""Steps of MuJoCo [s]."""
 PYTHON = " from Python"
 EXTRA = "pip install 'ab_sim[peers]'"
 
 
 class Studied:
-    """A method of the package's accuracy study."""
+    """Method of the package's accuracy study."""
 
     ours, continuous, simulated = False, True, SAMPLING.end
 
@@ -34,21 +34,21 @@ class Studied:
 
     @property
     def evaluations(self) -> float | None:
-        """In the last run."""
+        """Return the number of evaluations in the last run."""
         return self.of.evaluations
 
     def once(self) -> tuple[float, Any]:
-        """A run."""
+        """Run once."""
         self.of.prepare()
         return timed(self.of.run)
 
     def error(self, kept: Any) -> float:
-        """Of its samples."""
+        """Return the error of a run's samples."""
         return self.case.error(self.of.samples(kept))
 
 
 def families(case: Case) -> list[Family]:
-    """All of them."""
+    """Return all methods."""
     scipy: dict[str, LegSolver] = {"LSODA": lsoda, "DOP853": dop853}
     found: list[Family] = [
         (name + PYTHON, partial(_by_tolerance, case, name + PYTHON, solver))

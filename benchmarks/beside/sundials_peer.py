@@ -1,12 +1,12 @@
-"""SUNDIALS as a C program calls it: c_kernel/sundials.c, built here.
+"""SUNDIALS as a C program calls it: c_kernel/sundials.c, compiled here.
 
     apt install gcc libsundials-dev
 
-CVODE's Adams methods with fixed-point iteration or Newton's, its BDF with Newton's, both on a dense
-Jacobian by differences, and ARKODE's ERKStep with Fehlberg's pair of orders 7 and 8. All begin anew
-at each kink of the profile, and interpolate between their steps for the output; ERKStep's
-polynomials are of degree 5 at most, so it also has steps that end at each output. Of such variants
-of one method the quicker counts, at each error.
+CVODE's Adams methods with fixed-point iteration or Newton's, its BDF with Newton's, both with a
+dense Jacobian by differences, and ARKODE's ERKStep with Fehlberg's pair of orders 7 and 8. All
+restart at each kink of the profile and interpolate between steps for the output. ERKStep's
+polynomials are of degree 5 at most, so it also runs with steps that end at each output. The faster
+variant of a method counts, at each error.
 """
 
 import ctypes
@@ -53,10 +53,10 @@ POINTER = ctypes.POINTER(ctypes.c_double)
 
 @cache
 def library(balls: int) -> ctypes.CDLL:
-    """The shared library for so many balls.
+    """Compile the shared library for a number of balls.
 
     Raises:
-        AbsentError: no compiler, no SUNDIALS, or another release of it.
+        AbsentError: the compiler or SUNDIALS is missing, or it is another release.
     """
     gcc = shutil.which("gcc")
     if gcc is None:
@@ -86,7 +86,7 @@ def library(balls: int) -> ctypes.CDLL:
 
 
 def versions() -> dict[str, str]:
-    """Of Debian's package; empty where SUNDIALS comes from elsewhere."""
+    """Return the version of Debian's package; empty if SUNDIALS is from elsewhere."""
     command = ["dpkg-query", "--show", "--showformat=${Version}", "libsundials-dev"]
     try:
         found = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
@@ -96,7 +96,7 @@ def versions() -> dict[str, str]:
 
 
 class InC:
-    """One method at one relative tolerance."""
+    """Method at a relative tolerance."""
 
     ours, continuous, simulated = False, True, SAMPLING.end
 
@@ -126,7 +126,7 @@ class InC:
         self.states = [np.empty((leg.grid.size, f.start.size)) for leg in f.legs]
 
     def once(self) -> tuple[float, Any]:
-        """A run."""
+        """Run once."""
         self.library.peer_evaluations(self.peer)
         found = timed(self._run)
         self.evaluations = self.library.peer_evaluations(self.peer)
@@ -151,7 +151,7 @@ class InC:
         return self.states
 
     def error(self, kept: list[np.ndarray]) -> float:
-        """Of its states."""
+        """Return the error of the states."""
         f = self.case.f
         pairs = zip(kept, f.legs, strict=True)
         return self.case.error(f.samples(np.concatenate([x[leg.keep] for x, leg in pairs])))
@@ -162,7 +162,7 @@ def _of(values: np.ndarray) -> Any:
 
 
 def families(case: Case) -> list[Family]:
-    """All of them."""
+    """Return all methods."""
     return [(name, partial(_settings, case, name)) for name in METHODS]
 
 

@@ -1,4 +1,4 @@
-"""Methods at their settings, timed in turns, and what one takes at just the error of another."""
+"""Timing of methods at several settings in turns, and interpolation at equal errors."""
 
 import math
 import time
@@ -11,53 +11,53 @@ from ab_sim.analysis.effect_cost import Quartiles
 from ab_sim.base.errors import AbSimError
 
 MOST_TIME = 4.0
-"""s of CPU time that the repeats of one setting may take; slow ones take part in fewer."""
+"""CPU time for the repeats of one setting [s]; slow settings take part in fewer rounds."""
 HOPELESS = 0.4
-"""s. After a run that takes longer, a method's further settings are left out."""
+"""Time of a run above which a method's further settings are left out [s]."""
 WRONG = 1e-5
-"""rad. A method whose least error is no less does not solve these equations."""
+"""Least error of a method above which it does not solve these equations [rad]."""
 
 
 class AbsentError(Exception):
-    """A method cannot be had here; the text says why, and what to install."""
+    """Error: a method is not available here; the text states the reason and what to install."""
 
 
 class Setting(Protocol):
-    """A method at one setting, ready to run."""
+    """Method at one setting, ready to run."""
 
     method: str
     setting: str
-    """Step or tolerance, for people."""
+    """Step or tolerance as text."""
     ours: bool
     continuous: bool
-    """Whether what lies between two of its settings can be had as well."""
+    """True if settings between two of its settings exist as well."""
     simulated: float
-    """s in one run, of all its runs together if it is a batch."""
+    """Simulated time of one run [s], of all its runs together for a batch."""
     evaluations: float | None
-    """Of the right-hand side in the last run; None where unknown."""
+    """Number of evaluations of the right-hand side in the last run; None if unknown."""
 
     def once(self) -> tuple[float, Any]:
-        """One run from the start: its CPU time [s], and what it returned."""
+        """Run once from the start; return the CPU time [s] and the result."""
 
     def error(self, kept: Any) -> float:
-        """The largest in a ball's angle over a run [rad]."""
+        """Return the largest error in a ball's angle over a run [rad]."""
 
 
 def timed(run: Callable[[], Any]) -> tuple[float, Any]:
-    """CPU time of a call [s], and what it returned."""
+    """Call a function; return its CPU time [s] and its result."""
     begin = time.thread_time()
     kept = run()
     return time.thread_time() - begin, kept
 
 
 class Candidate:
-    """A setting, with its error and its times.
+    """Setting with its error and times.
 
     Args:
-        make: makes the setting.
+        make: function that creates the setting.
 
     Raises:
-        AbSimError: it is refused, or cannot finish.
+        AbSimError: the setting is refused, or its run fails.
     """
 
     def __init__(self, make: Callable[[], Setting]) -> None:
@@ -72,10 +72,10 @@ class Candidate:
         self.times: list[float] = []
 
     def turn(self, number: int) -> None:
-        """Time one run, unless it has had its share.
+        """Time one run, unless the setting has used its time.
 
-        Just after another, as in a study: of a run of 0.1 ms a fifth would else be other methods'
-        code leaving the processor's caches, and most where a method's turn begins.
+        The timed run follows another run of the same setting, as in a study. Otherwise, for a run
+        of 0.1 ms, a fifth of the time would be cache misses after other methods' code.
         """
         if number < max(1, int(MOST_TIME / max(self.seconds, 1e-9))):
             self.of.once()
@@ -83,11 +83,11 @@ class Candidate:
 
     @property
     def median(self) -> float:
-        """CPU time per simulated second."""
+        """Return the median of the CPU time per simulated second."""
         return float(np.median(self.times))
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return JSON-able values."""
         of = self.of
         return {
             "method": of.method,
@@ -102,23 +102,23 @@ class Candidate:
 
 
 class LeftOut(NamedTuple):
-    """What was not measured, and why."""
+    """Method or setting that was not measured, and the reason."""
 
     method: str
     reason: str
 
 
 VERDICT = {True: "met", False: "**not met**", None: "not judged"}
-"""Of ``met``, in words; None where peers are missing, or none is so accurate."""
+"""Texts for the values of ``met``; None if peers are missing, or none is accurate enough."""
 Maker = Callable[[], Setting]
 Family = tuple[str, Callable[[], Iterable[tuple[str, Maker]]]]
-"""A method: its name, and what lists its settings; that raises AbsentError."""
+"""Method: its name, and a function that lists its settings or raises AbsentError."""
 
 
 def candidates(
     families: Sequence[Family], say: Callable[[str], None]
 ) -> tuple[list[Candidate], list[LeftOut]]:
-    """All settings of all methods with their errors, checked; and what is left out."""
+    """Return all settings of all methods with checked errors, and those left out."""
     found: list[Candidate] = []
     left_out: list[LeftOut] = []
     for name, settings in families:
@@ -151,14 +151,14 @@ def candidates(
 
 
 def take_turns(found: Sequence[Candidate], repeats: int) -> None:
-    """Time them, each round beginning with another one."""
+    """Time all settings in rounds, each of which starts with another setting."""
     for turn in range(repeats):
         for place in range(len(found)):
             found[(turn + place) % len(found)].turn(turn)
 
 
 def front(mine: Sequence[Candidate]) -> list[Candidate]:
-    """Those that no other one of them beats at both error and time, from coarse to fine."""
+    """Return the settings that no other one beats in both error and time, from coarse to fine."""
     best: list[Candidate] = []
     for each in sorted(mine, key=lambda one: (one.error, one.median)):
         if not best or each.median < best[-1].median:
@@ -167,7 +167,7 @@ def front(mine: Sequence[Candidate]) -> list[Candidate]:
 
 
 def reports(found: Sequence[Candidate]) -> list[dict[str, Any]]:
-    """As JSON-able values; whether each is on its method's front."""
+    """Return JSON-able values, and whether each setting is on its method's front."""
     rows = []
     for method in dict.fromkeys(each.of.method for each in found):
         mine = [each for each in found if each.of.method == method]
@@ -177,19 +177,19 @@ def reports(found: Sequence[Candidate]) -> list[dict[str, Any]]:
 
 
 class AtError(NamedTuple):
-    """What a method takes at an error."""
+    """Time of a method at an error."""
 
     times: np.ndarray
-    """CPU time per simulated second, repeat by repeat."""
+    """CPU time per simulated second for each repeat."""
     between: tuple[str, ...]
-    """The settings that it is interpolated between, or the one it is of."""
+    """Settings between which the time is interpolated, or the single setting."""
 
 
 def at_error(mine: Sequence[Candidate], error: float) -> AtError | None:
-    """Interpolated log-log along a method's front; None if it does not reach the error.
+    """Interpolate the time log-log along a method's front; None if it does not reach the error.
 
-    A method whose coarsest setting of use has less error takes the time of that one; one whose
-    settings are not continuous, of the coarsest that has no more error.
+    If the coarsest useful setting has a smaller error, its time is used. A method without
+    intermediate settings has the time of the coarsest setting with a sufficiently small error.
     """
     line = front(mine)
     fine = next((k for k, each in enumerate(line) if each.error <= error), None)
@@ -215,9 +215,9 @@ def compare(
     goal: float,
     complete: bool,
 ) -> dict[str, Any]:
-    """All methods at one error, beside the quickest of ours that are ``named``.
+    """Compare all methods at one error with the fastest of the package's ``named`` methods.
 
-    Whether the goal is met is not judged unless ``complete``: the best peer may be missing.
+    The goal is judged only if the peers are ``complete``, because the best one may be missing.
     """
     methods = dict.fromkeys(each.of.method for each in found)
     own = {each.of.method for each in found if each.of.ours}
@@ -257,7 +257,7 @@ def compare(
 
 
 def verdict(result: dict[str, Any]) -> str:
-    """How the best peer compares at an error, as a part of a sentence."""
+    """Return the best peer's relative time at an error, as a part of a sentence."""
     error, ours, peer = f"{result['error']:g} rad", result["ours"], result["best_peer"]
     if peer is None:
         return f"at {error} there is no peer"

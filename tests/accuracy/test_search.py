@@ -40,7 +40,7 @@ def test_each_setting_is_told_before_it_is_run() -> None:
     for k, (what, spent, most, seen) in enumerate(told):
         name, step = runs.seen[k]
         new = name not in {earlier for earlier, _ in runs.seen[:k]}
-        first = ", compiled first if need be" if new else ""
+        first = ", compiled first if necessary" if new else ""
         assert what == f"{name} at {step:.12g} s{first}; seconds of CPU time" and seen == k
         assert 0 <= spent <= most
     assert told[-1][1] > told[0][1] == 0

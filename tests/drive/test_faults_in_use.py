@@ -163,7 +163,7 @@ def test_no_such_fault(scene: Any, texts: list[str], said: str) -> None:
 
 def test_what_is_not_modelled() -> None:
     for name, text, said in (
-        ("everything", "ball_0 sticks", "balls that touch push each other"),
+        ("everything", "ball_0 sticks", "balls push each other"),
         ("everything", "disc slips 1", "the race is off the shaft"),
         ("couple-unbalance", "disc slips 1", "not the same all around the shaft"),
         ("no-ball", "ball_0 lost", "'lost' goes with nothing in this scene"),

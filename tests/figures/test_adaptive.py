@@ -49,7 +49,7 @@ def test_it_shows_what_was_done_and_believed(outcome: AdaptiveOutcome, tmp_path:
     said = [text for text, _ in texts]
     assert "Adaptive start-up of adaptive-start-up" in said
     assert {"dwell 1", "retry 1", "dwell 2", "done"} <= {*said} and "judging" not in said
-    assert sum("believed" in text for text in said) == sum("true" in text for text in said) == 1
+    assert sum("estimated" in text for text in said) == sum("true" in text for text in said) == 1
     assert list(overlaps(texts)) == []
     figure.savefig(tmp_path / "run.png")
 
