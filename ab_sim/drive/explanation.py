@@ -12,8 +12,7 @@ from ab_sim.model.spindle import SpeedSchedule, top_speed_of
 from ab_sim.scene.model import Scene
 
 _PEAK = 0.15
-"""Factor on the whirl at the critical speed in the scale of a drawing, which need not show all of
-it."""
+"""Factor on the whirl at the critical speed for the scale of a drawing, which may cut it off."""
 _MOVES_THE_DECK = ("deck_force", "space_force")
 
 

@@ -13,7 +13,7 @@ from ab_sim.identification.residuals import noises_of, whiteness_over
 from ab_sim.identification.stages import StagedFit, minimise
 
 BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
-"""Fractions of a recording that are fitted on their own, in turn, until one fits."""
+"""Fractions of a recording that are fitted in turn, until a fit succeeds."""
 WINDOWS, LOUD = 100, 3.0
 """Number of windows per recording, and r.m.s. of residuals in a window that shows a change.
 

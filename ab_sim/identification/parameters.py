@@ -203,7 +203,7 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
 
 
 def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
-    """Return the parameter for the unbalance's angle at the encoder's zero; empty if it is known.
+    """Return the parameter for the unbalance's angle at the encoder's zero, unless it is known.
 
     Recordings of one drive share the encoder and thus this angle. A recording without balls
     determines it much better than one with balls.

@@ -58,7 +58,7 @@ class Problem:
         ]
         self._there = [np.isfinite(residuals) for residuals in whole]
         self.runs = 0
-        """Number of runs made."""
+        """Number of simulated runs."""
         self._last: dict[int, tuple[bytes, SimulatedSignals | None]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:

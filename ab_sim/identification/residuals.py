@@ -20,7 +20,7 @@ LAGS = 20
 FLAGGED = 4.0
 """Threshold of z above which residuals are not noise.
 
-A correct model exceeds it about once in several thousand recordings.
+A correct model exceeds it in about one of 1000 to 2000 recordings.
 """
 BLOCKS = 20
 """Number of blocks, of equal spindle rotation, over which residuals are averaged on rotating

@@ -137,7 +137,7 @@ class Identification(Presented):
     """Proposals, the best first."""
     notes: tuple[str, ...]
     runs: int
-    """Number of runs made."""
+    """Number of simulated runs."""
     seed: int
 
     @property

@@ -26,7 +26,7 @@ def resolve_accuracy(
     Args:
         scene: scene; without a requested accuracy it is returned unchanged, with None.
         period: period of a live node [s], which must be a multiple of the step; None for any step.
-        commanded: whether the step has to be stable up to ``spindle.max_speed``.
+        commanded: whether the step must be stable up to ``spindle.max_speed``.
         tell: called before each run with the setting, and the CPU time spent and allowed [s].
 
     Returns:

@@ -75,7 +75,7 @@ def cheapest(
         scene: scene with a requested accuracy.
         run: function that runs a scene.
         period: period of a live node [s], which must be a multiple of the step; None for any step.
-        commanded: whether the step has to be stable up to ``spindle.max_speed``.
+        commanded: whether the step must be stable up to ``spindle.max_speed``.
         tell: called before each run, see ``Trials``.
 
     Returns:

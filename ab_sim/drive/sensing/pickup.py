@@ -34,7 +34,7 @@ _STREAM = 0x616363656C65726F
 
 
 class PickupState(NamedTuple):
-    """All values on which later readings depend, besides the parameters and later forces."""
+    """All values on which later readings depend, except the parameters and later forces."""
 
     mode: np.ndarray
     """The low-pass' z, per axis [m/s^2], complex, shape (axes,)."""

@@ -160,7 +160,7 @@ def compare_recording(
     *,
     progress: Callable[[int], None] | None = None,
 ) -> RecordingComparison:
-    """Run a scene under the commands of a recording and compare each channel (``ab-sim compare``).
+    """Run a scene under a recording's commands and compare each channel: ``ab-sim compare``.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def _start(run: StoredRun, scene: Scene) -> Trajectory | None:
 
 
 def _begins_with(run: StoredRun, sample: Trajectory) -> bool:
-    """Return whether the first recorded sample equals a sample, to the bit."""
+    """Return whether the first recorded sample equals a given one, to the bit."""
     recorded = _first_sample(run)
     common = [name for name in sample.channels if name in recorded]
     return all(sample[name][0].tobytes() == np.float64(recorded[name]).tobytes() for name in common)

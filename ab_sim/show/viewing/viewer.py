@@ -50,8 +50,8 @@ class Viewer:
     """Viewer that shows recordings as they grow, without delaying the caller.
 
     A viewer that is killed is started again at the same address, and shows the growing recordings
-    again. A window that its user closes stays closed. If a viewer that was started elsewhere
-    disappears, its data are sent once it returns.
+    again. A window that its user closes stays closed. A viewer that was started elsewhere gets its
+    data as soon as it answers, also after an interruption.
 
     Args:
         view: ``web``, served on loopback; ``native``, a window; or the address of a running viewer,
