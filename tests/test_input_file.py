@@ -60,7 +60,7 @@ def test_a_sweep_whose_runs_are_not_numbered_in_order_is_refused(tmp_path: Path)
     table = pq.read_table(whole)
     pq.write_table(table.set_column(0, table.schema.field(0), [[7, 1]]), damaged)
     assert len(open_sweep(whole).table) == 2
-    with pytest.raises(AbSimError, match=r"damaged.parquet: is no Parquet file of a sweep"):
+    with pytest.raises(AbSimError, match=r"damaged.parquet: is not a Parquet file of a sweep"):
         open_sweep(damaged)
 
 

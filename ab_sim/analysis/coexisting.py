@@ -99,8 +99,8 @@ def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
     """Return the bunches that can circulate in a scene in addition to its resting states.
 
     Args:
-        scene: as ``equilibria_of`` takes it.
-        speed: w [rad/s].
+        scene: scene; see ``equilibria_of`` for the scenes it covers.
+        speed: spindle speed w [rad/s].
     """
     drive = drive_of(scene)
     if drive is None:

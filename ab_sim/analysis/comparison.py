@@ -27,18 +27,18 @@ def compare_run(
     Returns
     -------
     Comparison
-        ``without_balls`` (they and their mass are taken out) and ``without_period``: time [s],
-        whirl [m], speed [rad/s], each of shape (samples,), and metrics; a text with the reason if
-        one could not run; None if the scene has nothing to leave out.
+        ``without_balls`` (also without their mass) and ``without_period``: time [s], whirl [m],
+        speed [rad/s], each of shape (samples,), and metrics. Instead, the error message of a run
+        that failed, or None if the scene has nothing to leave out.
 
     Examples
     --------
     >>> import ab_sim
     >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
-    >>> beside = ab_sim.compare_run(run)
-    >>> round(beside.relative_whirl(run.metrics), 1)  # with balls, in that without
+    >>> comparison = ab_sim.compare_run(run)
+    >>> round(comparison.relative_whirl(run.metrics), 1)  # with balls / without balls
     3.1
-    >>> picture = run.plot(beside)  # what `ab-sim run --plot` draws
+    >>> picture = run.plot(comparison)  # what `ab-sim run --plot` draws
     """
     period = balls = None
     if run.variable_speed_period is not None:

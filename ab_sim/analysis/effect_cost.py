@@ -175,9 +175,9 @@ def off_axis(scene: Scene) -> tuple[Scene, float]:
 
 
 def variants(scene: Scene, leave_one_out: bool = False) -> list[Variant]:
-    """Return the scene without effects, with each alone, and with its set.
+    """Return variants of a scene: without effects, with each effect alone, and with all of them.
 
-    With ``leave_one_out``, the set without each effect follows. All variants use the stepper of the
+    With ``leave_one_out``, variants with all effects except one follow. All use the stepper of the
     unchanged scene. An effect that is invalid alone is combined with the fewest other effects of
     the scene that make it valid. Sensors are treated like effects.
 
@@ -215,7 +215,9 @@ def _alone(scene: Scene, name: str, stepper: str) -> Variant:
                 return Variant(name, _with(scene, (*added, name), (), stepper), added)
             except SceneError:
                 continue
-    raise SceneError(f"effects.{name}: is refused with any of the scene's other effects")
+    raise SceneError(
+        f"effects.{name}: is refused alone and with every combination of the scene's other effects"
+    )
 
 
 def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper: str) -> Scene:
@@ -283,15 +285,15 @@ def effect_cost(
     Raises
     ------
     SceneError
-        An effect is refused with any of the scene's others.
+        An effect cannot run alone, nor with any combination of the scene's others.
     InputError
-        ``repeats`` is below 1, or neither no effects nor the scene's set can run.
+        ``repeats`` is below 1, or the scene cannot run without effects or with all of them.
 
     Notes
     -----
     A profile that is controlled during the run is replaced by its plan (``Scene.planned``). If a
-    ball starts at 0, all balls start ``OFF_AXIS`` further. Time is the CPU time of the thread in
-    ``Drive.advance``, after one run to warm up.
+    ball starts at an angle of 0, all start angles are shifted by ``OFF_AXIS``. Time is the CPU
+    time of the thread in ``Drive.advance``, after one run to warm up.
 
     Examples
     --------

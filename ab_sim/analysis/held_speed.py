@@ -43,13 +43,13 @@ def can_be_held(speed: float) -> bool:
 def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
     """Return f of y' = f(t, y) at one spindle speed, with its exact Jacobian.
 
-    ``dynamics.system.has_spindle_angle(field.system)`` tells whether f depends on t through the
-    spindle angle. If it does not, states can rest.
+    ``model.dynamics.system.has_spindle_angle(field.system)`` is True if f depends on t through the
+    spindle angle. Otherwise there can be resting states.
 
     Args:
         scene: scene; its profile is ignored.
-        speed: w [rad/s].
-        angle: psi at t = 0 [rad].
+        speed: spindle speed w [rad/s].
+        angle: spindle angle psi at t = 0 [rad].
 
     Raises:
         SceneError: the spindle's speed is a state of the scene.
@@ -57,8 +57,8 @@ def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
     system = system_of(scene)
     if has_motor(system.effects):
         raise SceneError(
-            "effects.motor: with it the spindle's speed follows from the equations and cannot be "
-            "held; take it out (--set effects.motor=) to ask what happens at a speed"
+            "effects.motor: the spindle's speed follows from the equations and cannot be held; "
+            "remove the effect (--set effects.motor=) to analyse a constant speed"
         )
     scheduled = SpeedSchedule.constant(speed, angle).segment_at(0.0)
     return VectorField(system, scheduled, start_discrete_state(scene, system))

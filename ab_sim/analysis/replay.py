@@ -13,7 +13,7 @@ from ab_sim.scene.model import Scene
 
 
 def replay(scene: Scene, recorded: Trajectory) -> Trajectory:
-    """Return the run with the recorded commands; bit-identical to an intact recording.
+    """Run a scene with recorded commands; the result equals an intact recording bit by bit.
 
     Args:
         scene: the recorded run's scene.
@@ -51,7 +51,7 @@ class ReplayedDrive:
         self._command = float(self._last["command"][0])
 
     def at_steps(self, steps: np.ndarray, commands: np.ndarray) -> Trajectory:
-        """Return the drive at recorded steps; bit-identical if the recording is from this drive.
+        """Return samples at recorded steps; bit-identical if the recording is from this drive.
 
         Args:
             steps: rising step numbers of samples after the previous ones, shape (samples,).
@@ -67,7 +67,7 @@ class ReplayedDrive:
         return Trajectory(run.channels, run.samples[indices - int(run["step"][0])])
 
     def at_times(self, times: np.ndarray, commands: np.ndarray) -> Trajectory:
-        """Return the drive at recorded times, interpolated linearly between its steps.
+        """Return samples at recorded times, interpolated linearly between the drive's steps.
 
         Args:
             times: rising times [s] of samples after the previous ones, shape (samples,).

@@ -85,8 +85,8 @@ def _value(coefficients: Sequence[np.ndarray] | np.ndarray, at: np.ndarray) -> n
 def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
     """Return roots in [0, 1] at which polynomials change from positive to negative.
 
-    Newton's method, with bisection when a step leaves the bracket. The number of steps is fixed, so
-    that a result does not depend on the other polynomials. The result has the shape of a
+    Newton's method takes a bisection step when it would leave the bracket. The number of steps is
+    fixed, so that a result does not depend on the other polynomials. The result has the shape of a
     coefficient.
     """
     derived = [k * coefficient for k, coefficient in enumerate(coefficients)][1:]
@@ -104,11 +104,11 @@ def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
 def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
     """Return the first time [s] at which all balls have unwrapped theta <= -180 deg.
 
-    This is opposite the unbalance.
+    At -180 deg a ball is opposite the unbalance.
 
-    The thesis' "settling period" (4.4) is this less the time at which its variable-speed period
-    starts. Balls need not stay there, and the rotor need not be balanced: balls with more than
-    twice the rotor's unbalance make it worse there.
+    The thesis' "settling period" (4.4) is this time minus the start of the variable-speed period.
+    Balls may leave again, and the rotor may be unbalanced: balls with more than twice the rotor's
+    unbalance increase the unbalance there.
 
     Args:
         trajectory: consecutive samples.

@@ -9,7 +9,7 @@ PARTS = 6
 
 
 class Trends:
-    """Trend detector that compares the start of each run with its end, sample by sample.
+    """Trend detector that compares the start of each run with its end.
 
     An oscillation is not a trend. Three changes must have the same sign and exceed a threshold: the
     root mean square between thirds and between halves, and the largest value between thirds. A beat

@@ -140,7 +140,7 @@ def basin(
     Parameters
     ----------
     scene : Scene, str or Path
-        With an unbalance and at least two balls; only their start angles vary. Its
+        Scene with an unbalance and at least two balls; the first two start angles vary. Its
         ``balanced.residual_unbalance`` is the criterion of balance, as in every run.
     count : int, default 12
         Number of angles of either ball, over a turn from -pi; from 2 to 1000.
@@ -158,15 +158,16 @@ def basin(
     Raises
     ------
     SceneError
-        Fewer than two balls, no unbalance, or further balls that start together.
+        The scene has fewer than two balls, no unbalance, or further equal balls that start at one
+        angle.
     InputError
-        ``count`` cannot be used.
+        ``count`` is out of range.
 
     Examples
     --------
     >>> import ab_sim
-    >>> found = ab_sim.basin(ab_sim.load_scene("thesis-hold", ["duration=0.1"]), count=3)
-    >>> found.labels.shape, found.shares
+    >>> basin = ab_sim.basin(ab_sim.load_scene("thesis-hold", ["duration=0.1"]), count=3)
+    >>> basin.labels.shape, basin.shares
     ((3, 3), {0: 1.0})
     """
     scene = as_scene(scene)
@@ -181,7 +182,7 @@ def basin(
     with Workers(workers) as pool, PointCheckpoint(basin_points, scene, numbers) as kept:
 
         def run(wanted: Sequence[Point]) -> Any:
-            # Resolved once here, not again in each part of the work.
+            # Resolve an accuracy once here, not in each part of the work.
             ready = resolve_accuracy(scene, tell=progress)[0] if wanted else scene
             parts = [wanted[k : k + CHUNK] for k in range(0, len(wanted), CHUNK)]
             of_part = functools.partial(_ends, ready, count)
@@ -213,7 +214,7 @@ def _check(scene: Scene, count: int) -> None:
             "balls; give the scene at least 2"
         )
     if scene.eccentric_mass * scene.rotor.eccentricity == 0.0:
-        raise SceneError("rotor.eccentricity = 0 m: without an unbalance there is none to balance")
+        raise SceneError("rotor.eccentricity = 0 m: must be above 0; a basin needs an unbalance")
     angles = start_angles(scene)
     for i, j in equal_pairs(scene):
         if i > 1 and at_one_angle(angles[i], angles[j]):

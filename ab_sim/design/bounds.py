@@ -17,7 +17,7 @@ from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 FORMS = (
     "must be METRIC<NUMBER, with <, <=, > or >=, e.g. 'final_whirl_over_e<0.2'; or the name of a "
-    "metric that is true or false, alone or behind 'not'"
+    "metric that is true or false, alone or after 'not'"
 )
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt,
@@ -27,7 +27,7 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
 }
 _COMPARISON = re.compile(r"([^<>=!]*)([<>=!]+)([^<>=!]*)")
 _WITHOUT_UNIT = (*NO_UNIT, "e")
-"""Units that are not written; for the eccentricity e because pint's e is the elementary charge."""
+"""Units that a bound must not contain: pint's e is the elementary charge, not eccentricity."""
 
 
 class Bound(NamedTuple):
@@ -102,7 +102,7 @@ def _truth(text: str) -> Bound:
     metric = _compared(text, names[0])
     if metric.kind is not MetricKind.TRUTH:
         raise InputError(
-            f"bound {short(text)}: {metric.key} is a number [{metric.unit}]; say what it must be, "
+            f"bound {short(text)}: {metric.key} is a number [{metric.unit}]; add a limit, "
             f"e.g. '{metric.key}<0.1'"
         )
     return Bound(metric.key, "<=", 0.0) if denied else Bound(metric.key, ">=", 1.0)

@@ -96,7 +96,7 @@ class Candidates:
         """
         return varied_scene(Job(self._scene, self._varied, ()), self.values[candidate])
 
-    @functools.lru_cache(maxsize=4)  # noqa: B019  # runs of a candidate are asked for together
+    @functools.lru_cache(maxsize=4)  # noqa: B019  # runs of a candidate are requested together
     def _drawn(self, candidate: int) -> DrawnPoints | None:
         """Return the drives of a candidate; None without spread or without a valid scene."""
         if not self._spreading.tolerances:

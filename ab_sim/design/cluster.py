@@ -54,7 +54,7 @@ work.
 
 
 class ClusterUnusable(AbSimError):
-    """Error: there is no cluster, or none with this ab_sim; the message states the remedy."""
+    """Error: no cluster answers, or its ab_sim is absent or different; the message has a remedy."""
 
     exit_code = 1
 
@@ -74,7 +74,7 @@ class Cluster:
         waiting: see ``Waiting``.
 
     Raises:
-        InputError: the address cannot be one, or Dask is not installed.
+        InputError: the address is malformed, or Dask is not installed.
     """
 
     def __init__(self, address: str) -> None:
@@ -114,7 +114,7 @@ class Cluster:
 
         Raises:
             ClusterUnusable: no scheduler answers, or a worker has no ab_sim or a different one.
-            WorkerLost: the scheduler is gone, or a certain call terminates its workers.
+            WorkerLost: the scheduler is gone, or a call repeatedly terminates its worker.
         """
         if not items:
             return
@@ -238,7 +238,7 @@ def checked_address(text: str) -> str:
     """Return a scheduler's address with its protocol.
 
     Raises:
-        InputError: the text is no such address.
+        InputError: the text is not the address of a scheduler.
     """
     whole = text if "://" in text else f"tcp://{text}"
     try:
@@ -264,7 +264,7 @@ def _results(call: RemoteCall, answer: Answer) -> Sequence[Any]:
         case Differs(host, _):
             raise ClusterUnusable(
                 f"the worker on {host} would not give the same bits: {call.differences(answer)}; "
-                "install there what is installed here, and start it again"
+                "install the same versions there as here, and restart it"
             )
 
 
@@ -274,12 +274,12 @@ def _failure(error: BaseException | None) -> AbSimError:
 
     if isinstance(error, KilledWorker):
         return WorkerLost(
-            f"the same call has ended {error.allowed_failures + 1} workers, by a signal or for "
-            f"want of memory; {KEPT}"
+            f"the same call has terminated {error.allowed_failures + 1} workers, by a signal or "
+            f"for lack of memory; {KEPT}"
         )
     if isinstance(error, ImportError | AttributeError):
         return ClusterUnusable(
-            f"a worker has no ab_sim, or another one: {_reason(error)}; install ab_sim "
+            f"a worker has no ab_sim, or a different one: {_reason(error)}; install ab_sim "
             f"{ab_sim.__version__} there"
         )
     return WorkerLost(f"a worker could not answer: {_reason(error)}; {KEPT}")

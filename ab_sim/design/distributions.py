@@ -98,7 +98,7 @@ class Discrete(NamedTuple):
 
 
 class Loading(NamedTuple):
-    """Multiple, of either sign, of a standard normal number that is shared with others."""
+    """Multiple, of either sign, of a standard normal number shared with other tolerances."""
 
     size: float
 

@@ -148,8 +148,8 @@ class DrawnPoints:
             )
         if any(tolerance.what in (VALUE, RANDOM) for tolerance in of_key[1:]):
             raise InputError(
-                f"{key}: varies twice; of one key only the first spread may give the value itself, "
-                "the others must be about it, like 5%"
+                f"{key}: varies twice; only the first spread of a key may replace its value, the "
+                "others must be relative to it, like 5%"
             )
         if first.what in (VALUE, RANDOM):
             return
@@ -165,7 +165,7 @@ class DrawnPoints:
             _check_deviation(tolerance, numbers)
         if first.what == FACTOR and not any(numbers):
             raise InputError(
-                f"{key} = {short(nominal)}: a share of 0 is nothing; give the standard deviation "
+                f"{key} = {short(nominal)}: a share of 0 is 0; give the standard deviation "
                 "in the key's unit"
             )
 

@@ -62,7 +62,7 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
     """Return the lower triangular factor, computed from correlations, which are well scaled."""
     sizes = np.sqrt(np.diag(covariance))
     if not (np.isfinite(covariance).all() and (sizes > 0.0).all()):
-        raise ValueError("its covariance has numbers that no covariance has")
+        raise ValueError("its covariance is not finite, or has a variance that is not above 0")
     correlation = covariance / np.outer(sizes, sizes)
     count = len(sizes)
     try:

@@ -120,7 +120,7 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
     """Return the scene of a point.
 
     Raises:
-        SceneError: it is invalid; the message names key, value and allowed range.
+        SceneError: the scene is invalid; the message names key, value and allowed range.
     """
     changes = dict(zip(job.keys, values, strict=True))
     changed = ", ".join(f"{key}={value}" for key, value in changes.items())

@@ -57,8 +57,8 @@ class Parts:
             except BlockingIOError:
                 os.close(self._lock)
                 raise InputError(
-                    "another process computes this very sweep; wait for it, or end it: what it has "
-                    "done is kept"
+                    "another process is computing the same sweep; wait for it, or stop it: its "
+                    "finished runs are kept"
                 ) from None
         return self
 
@@ -103,7 +103,7 @@ class Parts:
         if not self._complained:
             self._complained = True
             reason = error.strerror or errno.errorcode.get(error.errno or 0, "")
-            message = f"{self._folder}: what is done cannot be kept there: {reason}"
+            message = f"{self._folder}: finished runs cannot be stored there: {reason}"
             logging.getLogger("ab_sim").warning(visible(message))
 
 

@@ -125,7 +125,7 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
             f"design {short(design)}: must be sobol:COUNT or lhs:COUNT, e.g. sobol:4096"
         )
     if kind == "sobol" and int(count).bit_count() != 1:
-        raise InputError(f"design {design}: of sobol the count must be a power of 2, e.g. 1024")
+        raise InputError(f"design {design}: for sobol the count must be a power of 2, e.g. 1024")
     ranges = [variable for variable in variables if isinstance(variable, Range)]
     for variable in variables:
         if not isinstance(variable, Range):

@@ -36,15 +36,15 @@ def search(
 ) -> None:
     """Evaluate the costs of candidates, approaching the best.
 
-    First scipy's ``differential_evolution`` (Storn and Price 1997), with whole generations at once.
-    Then ``minimize`` (Nelder and Mead 1965) from the best, with whole numbers fixed. Nothing is
-    returned: the caller records the best.
+    SciPy's ``differential_evolution`` (Storn and Price 1997) evaluates whole generations at once.
+    ``minimize`` (Nelder and Mead 1965) then continues from the best candidate, with whole numbers
+    fixed. Nothing is returned: the caller records the best.
 
     Args:
         ranges: ranges of the keys.
         costs: deterministic cost function.
         effort: budget and seed; they determine the candidates.
-        scene_values: additional start values.
+        scene_values: values of an additional first candidate; None for none.
     """
     best = _Best(ranges, costs)
     low = np.array([range_.low if range_.whole else 0.0 for range_ in ranges])
@@ -74,7 +74,7 @@ def search(
     )
     free = [k for k, range_ in enumerate(ranges) if not range_.whole]
     if free and math.isfinite(best.cost):
-        _polish(best, free, max(1, effort.candidates - best.asked))
+        _polish(best, free, max(1, effort.candidates - best.evaluated))
 
 
 class _Best:
@@ -85,14 +85,14 @@ class _Best:
 
     def __init__(self, ranges: Sequence[Range], costs: Costs) -> None:
         self._ranges, self._costs = ranges, costs
-        self.asked, self.cost = 0, math.inf
+        self.evaluated, self.cost = 0, math.inf
         self.place = np.zeros(len(ranges))
 
     def of(self, places: np.ndarray) -> np.ndarray:
         """Return the costs of places, shape (candidates, keys)."""
         columns = [_value(range_, places[:, k]) for k, range_ in enumerate(self._ranges)]
         costs = self._costs(np.column_stack(columns))
-        self.asked += len(costs)
+        self.evaluated += len(costs)
         least = int(np.argmin(costs))
         if costs[least] < self.cost:
             self.cost, self.place = float(costs[least]), places[least].copy()

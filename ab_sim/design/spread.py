@@ -1,4 +1,4 @@
-"""Share of random drives that balances, their quality, and the tolerances responsible."""
+"""Results of random drives: share of balanced ones, quantiles, Sobol indices, worst runs."""
 
 import shlex
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ class SobolIndices(NamedTuple):
     runs: int
     """Number of additional runs for the indices."""
     indices: Mapping[str, tuple[SobolIndex, ...]]
-    """Indices by metric, and for whether a run is balanced."""
+    """Indices by metric; those of the criterion have the key ``BALANCED``."""
     missing: Mapping[str, str]
     """Reason of missing indices, by metric."""
     none: str = ""
@@ -48,7 +48,7 @@ class WorstRun(NamedTuple):
     run: int
     outcome: str
     value: float | None
-    """Value of the ranking metric; None if it has none."""
+    """Value of the ranking metric; None if the run has none."""
     values: Mapping[str, Any]
     """Drawn values by key."""
 
@@ -157,7 +157,7 @@ class Spread(Presented):
             folder: folder, created if necessary.
 
         Returns:
-            The files; drawn values without a valid scene have none.
+            Paths of the files; a run whose drawn values give no valid scene has none.
 
         Raises:
             InputError: the folder is not empty, or cannot be written to.
@@ -242,7 +242,7 @@ def check_worst_folder(folder: Path) -> None:
         InputError: the folder is refused; the message states the remedy.
     """
     if folder.is_dir() and any(folder.iterdir()):
-        raise InputError(f"{short(str(folder))}: has something in it; name a new or empty folder")
+        raise InputError(f"{short(str(folder))}: is not empty; name a new or empty folder")
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{short(str(folder))}: is a file; name a folder")
     if not folder.absolute().parent.is_dir():

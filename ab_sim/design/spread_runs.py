@@ -69,7 +69,7 @@ def run_spread(
     executors: Executors | None = None,
     tell: Progress | None = None,
 ) -> Spread:
-    """Run random drives.
+    """Run random drives and compute their statistics.
 
     Results are cached: a study with more runs or a smaller ``until`` continues from them.
 
@@ -120,12 +120,12 @@ def run_spread(
 def _checked(
     scene: Scene, tolerances: Sequence[Tolerance], question: SpreadQuestion
 ) -> tuple[DrawnPoints, str]:
-    """Return the draws, and the metric by which they are ranked."""
+    """Return the draws of checked settings, and the metric by which runs are ranked."""
     until = question.until
     if until is not None and not 1e-5 <= until < 0.5:
         raise InputError(f"until {exact(until)}: must be a share from 0.00001 to below 0.5")
     if not question.criterion:
-        raise InputError("criterion: is empty; say what is balanced, e.g. residual_unbalance<=0.1")
+        raise InputError("criterion: is empty; name a condition, e.g. residual_unbalance<=0.1")
     if question.seed < 0:
         raise InputError(f"seed {question.seed}: must be at least 0")
     metric_columns(question.metrics)
@@ -152,7 +152,7 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
     if 2 * pairs > question.runs:
         raise InputError(
             f"sobol {pairs}: takes pairs from the {question.runs} runs; must be at most "
-            f"{question.runs // 2}, or ask for more runs"
+            f"{question.runs // 2}, or request more runs"
         )
     return pairs, "" if pairs else "none were requested"
 
@@ -172,7 +172,7 @@ class _Study:
         self._question, self._executors, self._tell = question, executors, tell
 
     def drives(self, job: Job, drawn: DrawnPoints, until: float | None) -> tuple[Sweep, np.ndarray]:
-        """Return the requested runs, or as many as the precision needs, and which are balanced."""
+        """Return the requested runs, or as many as ``until`` needs, and a mask of balanced ones."""
         with StudyRuns(job, drawn.report(), self._executor()) as study:
             rows = study.rows(drawn, range(len(drawn)), self._tell)
             while until is not None and len(rows) < MOST:
@@ -189,7 +189,7 @@ class _Study:
     def indices(
         self, job: Job, drawn: DrawnPoints, pairs: int, runs: Sweep, balanced: np.ndarray
     ) -> SobolIndices:
-        """Return Sobol indices from pairs of the runs and additional ones."""
+        """Return Sobol indices from pairs of existing runs and from additional runs."""
         points = ExchangedPoints(drawn, pairs)
         with StudyRuns(job, points.report(), self._executor()) as study:
             rows = study.rows(points, range(len(points)), self._tell)

@@ -63,7 +63,7 @@ class Sweep(Presented):
     metrics: tuple[str, ...]
     """Metrics with columns."""
     points: dict[str, object]
-    """Definition of the runs' values: a grid's, or a design's ranges, count and seed."""
+    """Definition of the points: values of a grid, or a design's ranges, count and seed."""
     table: pyarrow.Table
     """Row per run: run, keys, metrics, outcome, failure; SI units, whirls in e."""
     shown_units: ShownUnits = field(default_factory=dict)
@@ -185,7 +185,7 @@ class Sweep(Presented):
         (judged,) = metric_columns([metric])
         better = judged.better
         if better is Better.NEITHER:
-            raise InputError(f"metric {metric!r}: describes a run; none of its values is better")
+            raise InputError(f"metric {metric!r}: has no preferred values; choose another metric")
         count = has_settled(self[OUTCOME])
         balanced = np.isin(self[OUTCOME].astype(str), BALANCED)
         if judged.of_balanced and balanced.any():
@@ -246,7 +246,7 @@ class Sweep(Presented):
         """Return a grid's metrics with the keys as dimensions.
 
         Raises:
-            InputError: the sweep is no grid.
+            InputError: the sweep is not a grid.
             ImportError: xarray is not installed, which ab_sim does not need otherwise.
         """
         try:
@@ -256,7 +256,7 @@ class Sweep(Presented):
                 "to_xarray() needs xarray, which is not installed: pip install xarray"
             ) from error
         if self.shape is None:
-            raise InputError("to_xarray: a design's points are no grid; use to_dataframe")
+            raise InputError("to_xarray: the points of a design are not a grid; use to_dataframe")
         coordinates = {
             key: (key, np.moveaxis(self[key].reshape(self.shape), axis, 0).reshape(count, -1)[:, 0])
             for axis, (key, count) in enumerate(zip(self.keys, self.shape, strict=True))
@@ -435,5 +435,5 @@ def open_sweep(path: Path | str) -> Sweep:
         ) from error
     except (KeyError, ValueError, TypeError, pyarrow.ArrowException) as error:
         raise InputError(
-            f"{path}: is no Parquet file of a sweep, or of another version of ab_sim"
+            f"{path}: is not a Parquet file of a sweep, or is from another version of ab_sim"
         ) from error

@@ -29,10 +29,10 @@ FACTOR, OFFSET, VALUE, RANDOM = "factor", "offset", "value", "random"
 itself. ``RANDOM``: position on the circle.
 """
 FORMS = (
-    "must be KEY=5% (normal, about the scene's value), KEY=0.1 mm (the same, standard deviation in "
-    "the key's unit), KEY=normal:MEAN,SD, KEY=lognormal:MEDIAN,40%, KEY=uniform:LOW,HIGH, "
-    "KEY=uniform:5%, KEY=discrete:V,V,... or start.ball_angles=random; behind it, if wished, "
-    "low=NUMBER, high=NUMBER, per ball, group=NAME, with commas between"
+    "must be KEY=5% (normal, about the scene's value), KEY=0.1 mm (normal, standard deviation "
+    "in the key's unit), KEY=normal:MEAN,SD, KEY=lognormal:MEDIAN,40%, KEY=uniform:LOW,HIGH, "
+    "KEY=uniform:5%, KEY=discrete:V,V,... or start.ball_angles=random; optionally "
+    "followed by low=NUMBER, high=NUMBER, per ball, group=NAME, separated by commas"
 )
 _OPTION = re.compile(r"\s*,?\s*(?:(per ball)|(low|high|group)\s*=\s*([^,=]*?))\s*$")
 _GROUP = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
@@ -166,7 +166,7 @@ class _Reader:
             mean = self._number(parts[0])
             deviation = abs(mean) * self._share(parts[1]) if shares else self._positive(parts[1])
             if deviation == 0.0:
-                raise self.error(f"{parts[1]} of 0 is nothing; give the standard deviation itself")
+                raise self.error(f"{parts[1]} of 0 is 0; give the standard deviation itself")
             return VALUE, Normal(mean, deviation, *self._limits(options, VALUE))
         what = FACTOR if parts[0].endswith("%") else OFFSET
         deviation = self._share(parts[0]) if what == FACTOR else self._positive(parts[0])

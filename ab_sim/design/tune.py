@@ -54,7 +54,7 @@ class Task(NamedTuple):
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """Metrics that decide, and those that measure them."""
+        """Metrics of the aim and the bounds, and numbers that measure truth-valued ones."""
         standard = self.standard
         decide = [standard.aim.metric, *(bound.metric for bound in standard.bounds)]
         return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
@@ -125,7 +125,7 @@ class Tuning(Presented):
 
     @property
     def as_good(self) -> dict[str, float]:
-        """Aims of the entries of ``before`` within bounds that are as good as the best."""
+        """Aims, by name, of scenes of ``before`` within bounds and at least as good as the best."""
         sign = 1.0 if self.task.standard.aim.smallest else -1.0
         best = np.inf if self.best is None else sign * self.best
         return {
@@ -235,7 +235,7 @@ def run_tuning(
     executor: AbstractContextManager[Executor] | None = None,
     tell: Progress | None = None,
 ) -> Tuning:
-    """Search for the best values.
+    """Search for the values of the keys with the best aim within the bounds.
 
     Args:
         task: definition of the search; equal tasks evaluate equal candidates.
@@ -262,7 +262,7 @@ def run_tuning(
             best_yet.take(scores[-1])
             if tell is not None:
                 done = min(len(candidates.values), task.effort.candidates)
-                tell(best_yet.said, done, task.effort.candidates)
+                tell(best_yet.text, done, task.effort.candidates)
             return scores[-1].costs
 
         search(task.ranges, costs, task.effort, _own_values(task))
@@ -332,14 +332,14 @@ class _BestYet:
 
     def __init__(self, standard: Standard) -> None:
         self._standard, self._cost = standard, math.inf
-        self.said = "none within bounds yet"
+        self.text = "none within bounds yet"
 
     def take(self, scores: Scores) -> None:
         """Process the scores of further candidates."""
         best = best_of(scores)
         if best is not None and scores.costs[best] < self._cost:
             self._cost = float(scores.costs[best])
-            self.said = f"{self._standard.aim}: {number(float(scores.aims[best]))}"
+            self.text = f"{self._standard.aim}: {number(float(scores.aims[best]))}"
 
 
 def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scores:
@@ -361,7 +361,8 @@ def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float 
             near.append(tuple(values))
     scores = _judged(task, task.scene, near)
     return tuple(
-        (task.ranges[k // 2].key, near[k][k // 2], *_said_of(scores, k)) for k in range(len(near))
+        (task.ranges[k // 2].key, near[k][k // 2], *_aim_and_within(scores, k))
+        for k in range(len(near))
     )
 
 
@@ -370,10 +371,12 @@ def _before(task: Task) -> tuple[tuple[str, float | None, bool], ...]:
     if getattr(task.scene.profile, "variable_speed_period", None) is not None:
         changes = {"profile.variable_speed_period": None}
         scenes[NO_PERIOD] = changed_scene(task.scene, changes, "tune")
-    return tuple((name, *_said_of(_judged(task, scene, [()]), 0)) for name, scene in scenes.items())
+    return tuple(
+        (name, *_aim_and_within(_judged(task, scene, [()]), 0)) for name, scene in scenes.items()
+    )
 
 
-def _said_of(scores: Scores, candidate: int) -> tuple[float | None, bool]:
+def _aim_and_within(scores: Scores, candidate: int) -> tuple[float | None, bool]:
     aim = float(scores.aims[candidate])
     return (aim if math.isfinite(aim) else None), bool(scores.within[candidate])
 
@@ -385,9 +388,7 @@ def aim_of(minimise: str | None, maximise: str | None) -> Aim:
         InputError: none or both are given, or the metric is unknown or not a number.
     """
     if (minimise is None) == (maximise is None):
-        raise InputError(
-            "say what is to be best: either minimise or maximise a metric, one of them"
-        )
+        raise InputError("aim: give a metric either to minimise or to maximise, and not both")
     metric = minimise if minimise is not None else maximise
     (column,) = metric_columns([str(metric)])
     wrong = Better.LARGER if minimise is not None else Better.SMALLER

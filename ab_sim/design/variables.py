@@ -17,7 +17,7 @@ from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 MOST = 1_000_000
 """Largest number of values of one key."""
 FORMS = (
-    "must be KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT, KEY=FROM..TO (of a design) or "
+    "must be KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT, KEY=FROM..TO (for a design) or "
     "KEY=V,V,..., e.g. balls.mass=0.5g..3g:26"
 )
 
@@ -134,7 +134,7 @@ def spaced(between: Range, count: int) -> ListedValues:
 
 
 def values(key: str, listed: Sequence[Any]) -> ListedValues:
-    """Return listed values of any kind.
+    """Return the listed values of a key, of any kind, after a check.
 
     Raises:
         InputError: there are no values, too many, or duplicates.
@@ -146,7 +146,9 @@ def values(key: str, listed: Sequence[Any]) -> ListedValues:
     seen: set[str] = set()
     for value in numbers:
         if not _fits(value):
-            raise InputError(f"{key}: {short(value)}: must be finite, and whole numbers of 64 bits")
+            raise InputError(
+                f"{key}: {short(value)}: must be finite, and whole numbers within 64 bits"
+            )
         if (text := repr(value)) in seen:
             raise InputError(f"{key}: {short(value)} is given twice")
         seen.add(text)

@@ -25,7 +25,7 @@ MOST_OF_A_CHUNK = 65_536
 FEWEST = 4
 """Least number of chunks, so that two processes have equal work if there is enough of it."""
 ENOUGH = 0.2
-"""Duration of work after which a run's time is known [s]."""
+"""Least duration of a chunk from which the time of a run is derived [s]."""
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
 
@@ -54,8 +54,8 @@ def rows_of(
     the same job and points are reused.
 
     Args:
-        job: common data points of the runs.
-        points: of the runs.
+        job: common data of the runs.
+        points: values of the keys in each run.
         executor: executor for the work; None for this process.
         tell: progress callback; an exception in it ends the work, and finished rows are kept.
 
@@ -75,7 +75,7 @@ class StudyRuns:
 
     Args:
         job: common data of the runs.
-        study: defining values of all its points, JSON-able.
+        study: defining values of all points of the study, JSON-able.
         executor: executor for the work; None for this process.
     """
 

@@ -287,7 +287,7 @@ def test_order_of_results_counts_and_progress(scene: Any) -> None:
         ([{}, {"solver.step": 0.5}], 1, SceneError, "variation 1: solver.step = 0.5 s: is beyond"),
         ([{"balls.mass": float("nan")}], 1, SceneError, "variation 0: balls.mass"),
         ([{"duration.long": 1.0}], 1, SceneError, "duration is a value"),
-        ([{"duration": 9e5, "solver.step": 1e-6}], 1, InputError, "would need room for"),
+        ([{"duration": 9e5, "solver.step": 1e-6}], 1, InputError, "would need memory for"),
     ],
 )
 def test_bad_input_is_told_before_anything_runs(

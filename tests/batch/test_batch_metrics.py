@@ -233,7 +233,9 @@ def test_samples_are_kept_beside_metrics_if_asked_for(scene: Any) -> None:
 
 def test_what_is_asked_of_a_batch_is_checked(scene: Any) -> None:
     base = short(scene)
-    with pytest.raises(InputError, match="every = 7: says which samples are kept, and none are"):
+    with pytest.raises(
+        InputError, match="every = 7: selects the samples to keep, but none are kept"
+    ):
         simulate_batch(base, [{}], 7, metrics=KEYS)
     with pytest.raises(InputError, match="metric 'peak_wirl': no such metric"):
         simulate_batch(base, [{}], metrics=["peak_wirl"])

@@ -98,7 +98,7 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
         ),
         (("--spread", "balls.mass=five"), "'five' is not a number"),
         ((*SPREAD, "--balanced", "residual<1"), "no such metric"),
-        ((*SPREAD, "--balanced", "final_tilt"), "say what it must be"),
+        ((*SPREAD, "--balanced", "final_tilt"), "add a limit"),
         ((*SPREAD, "--metrics", "final"), "no such metric"),
         ((*SPREAD, "--workers", "0"), "--workers 0: must be at least 1"),
         ((*SPREAD, "--until", "soon"), "--until 'soon': must be the half width"),

@@ -31,7 +31,7 @@ def test_bounds_as_they_are_written(text: str, bound: Bound) -> None:
     ("text", "words"),
     [
         ("", "must be METRIC<NUMBER"),
-        ("residual_unbalance", "is a number [1]; say what it must be"),
+        ("residual_unbalance", "is a number [1]; add a limit"),
         ("residual_unbalance=0.1", "must be METRIC<NUMBER"),
         ("residual_unbalance<", "must be METRIC<NUMBER"),
         ("<0.1", "must be METRIC<NUMBER"),

@@ -224,7 +224,7 @@ def test_workers_and_a_scheduler_that_are_lost(
                 cluster.add_worker()
 
         each.waiting = add
-        with pytest.raises(WorkerLost, match="the same call has ended 2 workers"):
+        with pytest.raises(WorkerLost, match="the same call has terminated 2 workers"):
             list(each.each(calls.killed, range(30, 31)))
         assert said == [f"waiting for workers at {cluster.address}"]
 

@@ -237,7 +237,7 @@ def test_the_worst_runs_run_again(tmp_path: Path) -> None:
         assert again["peak_whirl_over_e"] == each.value
         sets = [part.strip("' ") for part in each.changes.split("--set ")[1:]]
         assert ab_sim.load_scene("balanced-start-up", ["duration=0.3", *sets]).balls == scene.balls
-    with pytest.raises(InputError, match="has something in it"):
+    with pytest.raises(InputError, match="is not empty"):
         found.write_worst(tmp_path / "worst")
     with pytest.raises(InputError, match="is a file"):
         found.write_worst(files[0])
@@ -296,7 +296,7 @@ def test_files_and_reports_have_it_all(tmp_path: Path) -> None:
         ({"until": math.nan}, "until nan"),
         ({"seed": -1}, "seed -1: must be at least 0"),
         ({"pairs": 3}, "sobol 3: must be 0, for none, or a power of 2"),
-        ({"pairs": 64}, "must be at most 50, or ask for more runs"),
+        ({"pairs": 64}, "must be at most 50, or request more runs"),
         ({"runs": 0}, "0 runs: must be from 1"),
         ({"criterion": ()}, "criterion: is empty"),
         ({"metrics": ("final_ball_angles",)}, "is a list, not a number"),

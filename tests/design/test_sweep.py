@@ -124,7 +124,7 @@ def test_two_at_once_do_not_work_twice(folder: Path) -> None:
     scene = ab_sim.load_scene("thesis-hold", SMOOTH)
 
     def begin_another(*_: object) -> None:
-        with pytest.raises(InputError, match="another process computes this very sweep"):
+        with pytest.raises(InputError, match="another process is computing the same sweep"):
             run_sweep(scene, points, METRICS)
 
     run_sweep(scene, points, METRICS, tell=begin_another)

@@ -80,7 +80,7 @@ def test_options_stand_behind(text: str) -> None:
         ("balls.mass=gamma:1,2", "must be KEY=5%"),
         ("balls.mass=normal:1,2,3", "must be KEY=5%"),
         ("balls.mass=normal:,2", "must be KEY=5%"),
-        ("start.speed=normal:0,5%", "5% of 0 is nothing"),
+        ("start.speed=normal:0,5%", "5% of 0 is 0"),
         ("balls.mass=lognormal:1e-3,1e-4", "standard deviation of the logarithm, e.g. 40%"),
         ("balls.mass=lognormal:-1,40%", "'-1' must be above 0"),
         ("balls.mass=uniform:2,1", "must have the lower end first"),

@@ -174,7 +174,7 @@ def test_interrupted_it_goes_on(folder: Path) -> None:
         (("balls.mass=1..2",), "peak", (), "no such metric"),
         (("balls.mass=1..2",), "final_ball_angles", (), "is a list, not a number"),
         (("balls.mass=1..2",), "balanced", (), "is better when larger; maximise it"),
-        (("balls.mass=1..2",), "peak_whirl_over_e", ("peak_whirl_over_e",), "say what it must be"),
+        (("balls.mass=1..2",), "peak_whirl_over_e", ("peak_whirl_over_e",), "add a limit"),
     ],
 )
 def test_what_cannot_be_looked_for_is_refused(

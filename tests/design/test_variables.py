@@ -61,8 +61,11 @@ def test_values_as_they_are_written(text: str, values: tuple[object, ...]) -> No
         ("balls.count=1..2:3", "3 values: must be from 2 to 2"),
         ("balls.mass=nan,1", "balls.mass: nan: must be finite"),
         ("start.ball_angles=[[0, .nan]]", "must be finite"),
-        (f"balls.mass=1,1{'0' * 50}", "0: must be finite, and whole numbers of 64 bits"),
-        (f"start.ball_angles=[[0, -1{'0' * 50}]]", "must be finite, and whole numbers of 64 bits"),
+        (f"balls.mass=1,1{'0' * 50}", "0: must be finite, and whole numbers within 64 bits"),
+        (
+            f"start.ball_angles=[[0, -1{'0' * 50}]]",
+            "must be finite, and whole numbers within 64 bits",
+        ),
         ("balls.mass=1,1", "is given twice"),
         ("balls.mass=[1", "its values"),
     ],
@@ -76,7 +79,7 @@ def test_what_cannot_be_meant_is_said(text: str, words: str) -> None:
 def test_an_int_beyond_all_floats_is_refused() -> None:
     with pytest.raises(InputError, match="from 1 to 1.00000e\\+400: must be two finite numbers"):
         range_(MASS, 1, 10**400)
-    with pytest.raises(InputError, match="balls.mass: 1000.*000: .* whole numbers of 64 bits"):
+    with pytest.raises(InputError, match="balls.mass: 1000.*000: .* whole numbers within 64 bits"):
         values(MASS, [10**400, 1])
 
 

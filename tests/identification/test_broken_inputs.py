@@ -161,5 +161,5 @@ def test_a_small_parquet_of_many_rows_is_refused_by_its_head(tmp_path: Path) -> 
     with pytest.raises(InputError, match="has 3145728 rows; must be 1 to 1000000; cut the rec"):
         read_table(path)
     assert pa.total_allocated_bytes() - before < 1 << 20
-    with pytest.raises(InputError, match="is no Parquet file of a sweep"):
+    with pytest.raises(InputError, match="is not a Parquet file of a sweep"):
         open_sweep(path)

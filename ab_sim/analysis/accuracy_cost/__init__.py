@@ -3,8 +3,8 @@
     cost = accuracy_cost(load_scene("thesis-hold", ["effects.rolling_friction="]))
     cost.cheapest(1e-9)  # the SettingCost with the least CPU time at that error in ball angle
 
-Every method runs the same scene, with the same equations where it takes a right-hand side, and is
-compared with one reference at common sample times.
+All methods run the same scene and are compared with one reference at common sample times. Methods
+that take a right-hand side get this package's equations.
 """
 
 from ab_sim.analysis.accuracy_cost.results import (

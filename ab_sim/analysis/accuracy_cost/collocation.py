@@ -2,10 +2,10 @@
 
     Y_i = y + h sum_j a_ij f(t + c_j h, Y_j),       y+ = y + h sum_j b_j f(t + c_j h, Y_j)
 
-The method is implicit, of another family than all methods that it judges; the package's rk8 and
-SciPy's DOP853 share their coefficients. The stages are iterated to rounding. Increments are summed
-with Kahan's compensation, so that rounding does not accumulate over the steps. Butcher (1964),
-Math. Comp. 18, 50-64.
+The method is implicit and belongs to another family than all methods that are compared with it.
+(The package's rk8 and SciPy's DOP853 share their coefficients, so neither can judge the other.) The
+stages are iterated to rounding. Increments are summed with Kahan's compensation, so that rounding
+does not accumulate over the steps. Butcher (1964), Math. Comp. 18, 50-64.
 """
 
 import math
@@ -25,13 +25,13 @@ NODES, ITERATIONS = 8, 60
 LONGEST = 1e-3
 """Longest step [s]."""
 REACH = 1.0
-"""Maximum of step times fastest rate, at which the iteration converges in about 20 rounds."""
+"""Largest product of step and fastest rate; the iteration then converges in about 20 rounds."""
 SETTLED = 3e-16
 """Change at which the iteration ends, relative to each state's magnitude."""
 
 
 class CollocationCoefficients(NamedTuple):
-    """Coefficients of the method."""
+    """Butcher tableau: nodes c, matrix a and weights b; shapes (s,), (s, s), (s,) for s nodes."""
 
     c: np.ndarray
     a: np.ndarray
@@ -96,7 +96,7 @@ def step_for(f: RightHandSide) -> float:
 
 
 def collocate(f: RightHandSide, longest: float) -> np.ndarray:
-    """Return the states at the sample times, shape (samples, states).
+    """Return the states at the sample times by collocation, shape (samples, states).
 
     Args:
         f: right-hand side of the scene.
@@ -126,12 +126,12 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
 
 
 def take_steps(collocation_steps: CollocationSteps, clock: Clock, state: Floats) -> bool:
-    """Take steps; update ``state`` and its compensation ``own.rest``.
+    """Take collocation steps; update ``state`` and its compensation ``collocation_steps.rest``.
 
     Args:
         collocation_steps: equations, method and work arrays.
         clock: begin, length and number of the steps.
-        state: state, overwritten.
+        state: state at the begin, shape (states,); overwritten by the state at the end.
 
     Returns:
         Whether the iterations converged.

@@ -13,7 +13,7 @@ MOST_STEPS = 10**7
 
 
 def cvode_solvers() -> dict[str, LegSolver]:
-    """Return CVODE's two families of methods.
+    """Return solvers with CVODE's Adams and BDF methods, by display name.
 
     Raises:
         ImportError: scikit-sundae is not installed.

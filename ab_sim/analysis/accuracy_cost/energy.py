@@ -10,7 +10,7 @@ from ab_sim.drive.observation import EnergyBalance
 from ab_sim.scene.model import Scene
 
 INSTANTS = 200
-"""Approximate number of samples evaluated per run; each takes some Python."""
+"""Approximate number of instants per run at which energies are evaluated, in slow Python."""
 
 
 class RunEnergies(NamedTuple):
@@ -19,9 +19,9 @@ class RunEnergies(NamedTuple):
     energies: list[EnergyBalance]
 
     def error(self) -> float:
-        """Return the largest relative |stored - at start - motor work + dissipated|.
+        """Return the largest |stored - at start - motor work + dissipated|, dimensionless.
 
-        It is relative to the largest energy that was stored, supplied or dissipated until then.
+        It is divided by the largest stored, supplied or dissipated energy since the start.
         """
         table = np.array(self.energies)
         stored, start, work, dissipated = table.T

@@ -47,7 +47,7 @@ def all_families(
         scene: the scene.
         sampling: times at which runs are compared.
         f: the scene as a right-hand side; None if it has events.
-        with_energy_balance: whether it can keep an energy balance.
+        with_energy_balance: whether the scene can keep an energy balance.
         steps: steps to try [s].
         tolerances: relative tolerances to try.
     """
@@ -105,14 +105,14 @@ def _by_tolerance(
     tolerances: Sequence[float],
     missing: list[OmittedMethod],
 ) -> list[Family]:
-    """Return SciPy's integrators and CVODE."""
+    """Return SciPy's integrators and CVODE; append CVODE to ``missing`` if not installed."""
     solvers: dict[str, LegSolver] = dict(SCIPY)
     try:
         solvers.update(cvode_solvers())
     except ImportError:
         missing.append(OmittedMethod("CVODE", f"scikit-sundae is {EXTRA}"))
     # Compiled once, when the first method needs it.
-    booked = (
+    f_balance = (
         lru_cache(partial(RightHandSide, f.scene, f.sampling, True))
         if with_energy_balance
         else None
@@ -121,7 +121,7 @@ def _by_tolerance(
         (
             name,
             [
-                (f"rtol {rtol:g}", partial(ByTolerance, f, booked, name, solver, rtol))
+                (f"rtol {rtol:g}", partial(ByTolerance, f, f_balance, name, solver, rtol))
                 for rtol in tolerances
             ],
         )
@@ -146,6 +146,6 @@ def _mujoco(
 def _events_reason(scene: Scene) -> str:
     names = [name for name, e in scene.effects.items() if has_events((e,))]
     return (
-        f"{', '.join(names)} switch forces at events, which it is not made to locate here; over a "
-        "right-hand side with kinks every method falls to first order"
+        f"{', '.join(names)}: forces switch at events, which this study does not let it locate; "
+        "across kinks of the right-hand side every method falls to first order"
     )

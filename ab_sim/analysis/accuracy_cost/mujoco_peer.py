@@ -29,22 +29,25 @@ KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}
 IMMOVABLE = 1e15
 """Ratio of the spindle's inertia to that of rotor and balls: their effect is below rounding."""
 LEAST = 1e-14
-"""Inertia close to MuJoCo's minimum [kg m^2]; masses are scaled so that a ball has about 1."""
+"""Inertia close to MuJoCo's minimum, in units in which a ball's inertia m R^2 is about 1."""
 
 
 def mujoco_refusal(scene: Scene) -> str:
     """Return the reason why MuJoCo cannot represent a scene; empty if it can."""
     if scene.deck is not None:
-        return "its model here is of a deck in the plane"
+        return "the MuJoCo model here covers only a deck in the plane"
     others = [name for name in scene.effects if name not in KNOWN]
     if others:
-        return f"its model here has no {', '.join(others)}"
+        return f"the MuJoCo model here lacks {', '.join(others)}"
     segments = [piece.segment for piece in SpeedSchedule.of_scene(scene).segments]
     if not all(isinstance(segment, Ramp) for segment in segments):
-        return "its model here takes profiles of constant accelerations only"
+        return "the MuJoCo model here takes only profiles of constant accelerations"
     turning = any(segment.acceleration(0.0) for segment in segments)
     if turning and "spindle_acceleration" not in scene.effects:
-        return "it cannot leave out what the spindle's acceleration does (spindle_acceleration)"
+        return (
+            "MuJoCo cannot omit the inertial force of the spindle's acceleration; add "
+            "effects.spindle_acceleration"
+        )
     return ""
 
 
@@ -101,7 +104,7 @@ class MuJoCo:
         suspension = scene.effects.get("suspension")
         k, c = (suspension.stiffness, suspension.damping) if suspension else (0.0, 0.0)
         rotor = scene.eccentric_mass
-        # Every moving body must have a mass; if all of it is eccentric, the rest gets a tiny one.
+        # Every moving body must have a mass: if all mass is eccentric, the deck gets a tiny one.
         deck = max(scene.total_mass - scene.balls.total_mass - rotor, 1e-14 * scene.total_mass)
         inertia = f'diaginertia="{least} {least} {least}"'
         slide = f'type="slide" stiffness="{unit * k!r}" damping="{unit * c!r}"'

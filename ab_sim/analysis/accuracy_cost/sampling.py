@@ -13,18 +13,18 @@ LADDER = (0.1e-3, 0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3, 10e-3)
 """Steps at which every stepper is measured [s]; all divide the longest."""
 LEAST_SAMPLES = 20
 DENSE = 0.5e-3
-"""Shortest step after whose every end runs are compared [s]. Just after a jump of the spindle's
-acceleration, errors of long steps peak for some milliseconds."""
+"""Shortest step [s] for which runs are compared at the end of every step. Just after a jump of the
+spindle's acceleration, errors of long steps peak for some milliseconds."""
 
 
 class SampleTimes(NamedTuple):
-    """Sample times, whole multiples of a period, so that every run has a step that ends there."""
+    """Sample times at whole multiples of a period, at which steps of all runs end."""
 
     period: float
     """Period [s]."""
     number: int
     parts: int = 1
-    """Number of reference samples per period. Steppers have samples at those where a step ends."""
+    """Number of reference samples per period; runs are compared at those where a step ends."""
 
     @property
     def times(self) -> np.ndarray:

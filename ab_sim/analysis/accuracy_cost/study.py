@@ -98,9 +98,9 @@ def accuracy_cost(
     Notes
     -----
     Each setting is run once, untimed, for its errors, from coarse to fine. Finer settings of a
-    method are left out once it is as good as the reference can tell, or takes too long. Then all
-    settings are timed in turns, in CPU time of the thread, without compiling. A profile that is
-    controlled during the run is replaced by its plan (``Scene.planned``).
+    method are left out once its error is as small as the reference can resolve, or once a run takes
+    too long. Then all settings are timed in turns, in CPU time of the thread, without compiling. A
+    profile that is controlled during the run is replaced by its plan (``Scene.planned``).
 
     Examples
     --------
@@ -132,7 +132,7 @@ def accuracy_cost(
     rows = study.timed(tell)
     notes = [f"no energy balance: {no_energy_balance}"] if no_energy_balance else []
     if scene.profile != resolved.profile:
-        notes.append("what the profile decides while it runs is left out: it runs as planned")
+        notes.append("the profile runs as planned, without its decisions during the run")
     if nanoseconds(sampling.end) != nanoseconds(scene.duration):
         notes.append(
             f"compared up to {sampling.end:g} s of {scene.duration:g} s: the last whole multiple "
@@ -215,7 +215,7 @@ class _Study:
         self.candidates.append(_Candidate(method, errors, seconds, self.repeats))
         limit = self.reference.uncertainty
         if deviation.angle <= NEAR * limit.angle and deviation.whirl <= NEAR * limit.whirl:
-            return "its error is already as small as the reference can tell"
+            return "its error is already as small as the reference can resolve"
         if seconds > LONG_RUN:
             return f"a run already takes {seconds:.1f} s"
         return ""

@@ -10,7 +10,7 @@ from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide, SmoothI
 from ab_sim.drive.accuracy.deviation import Samples
 
 ABSOLUTE = 0.01
-"""Ratio of the absolute tolerance to the relative one times the state's magnitude."""
+"""Absolute tolerance, divided by the relative tolerance and the state's magnitude."""
 
 
 class IntervalOutcome(NamedTuple):

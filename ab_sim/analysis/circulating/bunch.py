@@ -63,7 +63,7 @@ class CirculatingBunch:
     def bunch_swing(self) -> float:
         """Amplitude of the bunch's swing at the beat, due to the neglected whirl at w [rad]."""
         drive, w = self.drive, abs(self.spindle_speed)
-        pull = w**4 * _left_unbalance(drive, w, self.count)
+        pull = w**4 * _turning_unbalance(drive, w, self.count)
         rotor = complex(drive.stiffness - drive.mass * w * w, drive.damping * w)
         return drive.ball_mass * pull / abs(rotor) / self._beaten(abs(self.speed))
 
@@ -134,16 +134,16 @@ def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunc
     w = abs(speed)
     if w == 0.0:
         return []
-    stable_bunches = []
+    states = []
     for s in _roots(drive, w, count):
         D = _stiffness_at(drive, w, count, s)
         if D.imag <= 0.0:
             continue
         W = s * s * count * drive.ball_mass * drive.radius / abs(D)
-        stable_bunches.append(
+        states.append(
             CirculatingBunch(drive, speed, count, math.copysign(s, speed), W, cmath.phase(D))
         )
-    return stable_bunches
+    return states
 
 
 def stalled(
@@ -173,7 +173,7 @@ def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
 
 
 def _missed(drive: BunchDrive, w: float, count: int, s: float) -> float:
-    """Return F divided by its scale for the suspension alone, dimensionless."""
+    """Return F / (c_b w k^2), dimensionless."""
     D = _stiffness_at(drive, w, count, s) / drive.stiffness
     driven = drive.drag * (w - s) * abs(D) ** 2 / (drive.drag * w)
     lost = count * drive.ball_mass**2 * s**4 * D.imag / (drive.stiffness * drive.drag * w)
@@ -219,10 +219,11 @@ def _polynomial(drive: BunchDrive, w: float, count: int) -> Polynomial:
     return drag * (N_real**2 + N_imag**2) - 2.0 * count * share * x**4 * turned
 
 
-def _left_unbalance(drive: BunchDrive, w: float, count: int) -> float:
-    """Return the unbalance that turns at w [kg m], after the best balance by the resting balls.
+def _turning_unbalance(drive: BunchDrive, w: float, count: int) -> float:
+    """Return the unbalance of rotor and resting balls, which turns at w [kg m].
 
-    Below the critical speed the resting balls gather on the side of the unbalance.
+    Above the critical speed the resting balls cancel as much of it as they can; below, they gather
+    on the side of the unbalance.
     """
     balls_unbalance = (drive.balls - count) * drive.ball_mass * drive.radius
     if drive.mass * w * w <= drive.stiffness:

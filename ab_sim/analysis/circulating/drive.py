@@ -57,10 +57,10 @@ def _known(scene: Scene) -> BunchDrive | str:
         return str(error)
     rotor = rotor_of(system)
     if rotor is None:
-        return "an effect changes the race or the deck in a way that the closed form does not know"
+        return "an effect changes the race or the deck in a way that the closed form does not cover"
     drag, problem = _drag_of(system), None
     if rotor.cubic_stiffness != 0.0:
-        problem = "effects.hardening_suspension: the closed form is of a linear suspension"
+        problem = "effects.hardening_suspension: the closed form assumes a linear suspension"
     elif len({*rotor.kinds}) > 1:
         problem = "balls.mass: the balls differ"
     elif drag <= 0.0:

@@ -19,7 +19,7 @@ become too large for the closed form. ``END``: the range of the search ends.
 LOOKS = 160
 """Number of parameter values at which the state is sought."""
 SAME = 1e-3
-"""Relative change of speed beyond which it is another state."""
+"""Relative difference of speed beyond which two states count as different."""
 BISECTIONS = 60
 
 

@@ -12,10 +12,10 @@ from ab_sim.model.dynamics.system import System
 
 
 def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:
-    """Return the state when the displacement passes the unbalance; the bunch's balls come first.
+    """Return the bunch's state at an instant when the displacement points along the unbalance.
 
-    Balls on the rotor are at its balanced position, or opposite the unbalance if they cannot
-    balance it.
+    The bunch's balls come first. The other balls rest at their balanced position, or opposite the
+    unbalance if they cannot balance it.
 
     Args:
         system: planar system of the bunch's scene.

@@ -55,7 +55,7 @@ def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
 
 
 def completed(rotor: ClosedFormRotor, first_balls: np.ndarray) -> np.ndarray | None:
-    """Apply ``balance.completed`` to a rotor."""
+    """Place the last balls of a rotor so that it balances, see ``balance.completed``."""
     return balance.completed(rotor.unbalance, rotor.moments, first_balls)
 
 

@@ -41,7 +41,7 @@ def branches_over_speed(
     """Follow all resting states over speed, and locate folds and stability changes.
 
     Args:
-        scene: as ``equilibria_of`` takes it.
+        scene: scene; see ``equilibria_of`` for the scenes it covers.
         speeds: rising speeds > 0 [rad/s] at which stability is evaluated; more are added near the
             ends of branches. Folds and changes of stability are located between them.
         progress: called with the current task, the number of finished parts and the total.
@@ -132,7 +132,7 @@ def _changes(
 def _balanced(
     system: System, rotor: ClosedFormRotor, speeds: np.ndarray
 ) -> Iterator[BranchInterval]:
-    """Yield the balanced set: its position; for three or more balls also the worst and the best.
+    """Yield the intervals of one balanced position; of three or more balls also worst and best.
 
     Which position is worst can change with speed.
     """

@@ -92,7 +92,7 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
 
     Args:
         system: a ``resting_system`` of equal balls in an isotropic suspension.
-        speed: w [rad/s], not 0.
+        speed: spindle speed w [rad/s], not 0.
         theta: any balanced position with rho < 1.
     """
     layout, n = layout_of(system), len(theta)

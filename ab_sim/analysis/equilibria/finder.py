@@ -1,8 +1,8 @@
-"""Numerical search for resting states if effects without a closed form decide them.
+"""Numerical search for resting states of scenes with effects that have no closed form.
 
-Newton's method on the running kernel's slope, with its exact Jacobian. It starts from the closed
-forms of the scene without those effects, and from random states. The search gives no proof that all
-states were found.
+The search applies Newton's method to the running kernel, with its exact Jacobian. It starts from
+the closed forms of the scene without those effects, and from random states. The search gives no
+proof that all states were found.
 """
 
 import math

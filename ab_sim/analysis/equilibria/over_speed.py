@@ -131,7 +131,7 @@ class OverSpeed:
 
     @classmethod
     def of(cls, report: dict[str, Any]) -> "OverSpeed":
-        """Return the object that a report describes."""
+        """Return the branches that ``report`` described."""
         intervals = [
             BranchInterval(
                 item["label"],

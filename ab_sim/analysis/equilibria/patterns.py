@@ -4,11 +4,11 @@ With z = u1 + i u2 = W exp(i phi), S the sum of m_i R over the balls on the side
 displacement less those opposite, and D = k + k_3 W^2 - M w^2 + i c w, a deck at rest on the
 rotating axes has D z = w^2 (M0 e + S exp(i phi)), so that
 
-    G(W) = (Re D W - w^2 S)^2 + (c w W)^2 - w^4 (M0 e)^2 = 0,      phi = -arg(D W - w^2 S).
+    G(W) = (Re D W - w^2 S)^2 + (c w W)^2 - w^4 (M0 e)^2 = 0,      phi = -arg(D W - w^2 S)
 
-where W > 0. A negative radius in the three-ball paper is the pattern with S reversed. Its (14)-(24)
-are the roots for three equal balls and k_3 = 0, where G is quadratic; relative-stability (15)-(22)
-those for two. With k_3 it is of the sixth degree.
+where W > 0. A negative radius in the three-ball paper is the pattern with S reversed. Equations
+(14)-(24) of that paper give the roots for three equal balls and k_3 = 0, where G is quadratic;
+relative-stability (15)-(22) gives them for two balls. With k_3, G is of the sixth degree in W.
 """
 
 import itertools
@@ -50,8 +50,8 @@ def patterns_of(rotor: ClosedFormRotor) -> list[Pattern]:
     if count > MOST_PATTERNS:
         raise SceneError(
             f"balls.mass: {len(rotor.kinds)} balls of {len(kinds)} kinds can rest in {count} "
-            f"patterns, more than the {MOST_PATTERNS} that are looked at; give more of them the "
-            "same mass and radius, or take fewer"
+            f"patterns; at most {MOST_PATTERNS} are allowed; give more of the balls the same mass "
+            "and radius, or use fewer balls"
         )
     return [
         _pattern(rotor, kinds, chosen)
@@ -78,8 +78,8 @@ def radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
 
     Args:
         rotor: parameters of the closed forms.
-        moment: S [kg m].
-        speed: w [rad/s].
+        moment: pattern moment S [kg m].
+        speed: spindle speed w [rad/s].
     """
     w2 = speed * speed
     if w2 == 0.0 or (moment == 0.0 and rotor.unbalance == 0.0):

@@ -51,9 +51,9 @@ def resting_system(scene: Scene) -> System:
     system = held(smooth, 0.0).system
     if has_spindle_angle(system):
         raise SceneError(
-            f"{_what_turns(smooth)}: the spindle's angle is in the equations, so that nothing "
-            "rests on the rotor and motions repeat with its turns instead; use ab-sim floquet, or "
-            "take it out of the scene"
+            f"{_what_turns(smooth)}: the spindle's angle is in the equations, so that there are "
+            "periodic motions instead of resting states; use ab-sim floquet, or remove it from "
+            "the scene"
         )
     return system
 

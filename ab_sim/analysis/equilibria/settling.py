@@ -66,16 +66,17 @@ class Settling(NamedTuple):
 def settles(
     scene: Scene, speed: float, state: RestingState, size: float = SIZE, turns: float = TURNS
 ) -> Settling:
-    """Disturb each coordinate of a resting state in both directions, and integrate.
+    """Test whether motions return to a resting state after a disturbance of each coordinate.
 
-    Friction and contact are left out, as in the search for the state.
+    Each coordinate is disturbed in both directions. Friction and contact are left out, as in the
+    search for the state.
 
     Args:
         scene: scene of the state.
-        speed: w [rad/s], not 0.
+        speed: spindle speed w [rad/s], not 0.
         state: state from ``equilibria_of``.
-        size: size of the disturbances: [rad], fraction of the length unit (e), fraction of the
-            speed.
+        size: size of the disturbances: of ball angles in rad, of displacements as a fraction of
+            the length unit e, of velocities of e w, of ball rates of w.
         turns: duration of each motion in spindle revolutions.
 
     Raises:
@@ -103,7 +104,7 @@ def settles(
         for sign in (1.0, -1.0):
             moved = rest.copy()
             moved[k] += sign * size * scale[k]
-            # The stepper's memory belongs to another state.
+            # Clear the stepper's memory, which belongs to another state.
             drive.restore(begin._replace(state=moved, memory=np.empty(0)))
             offs = []
             for _ in range(2):

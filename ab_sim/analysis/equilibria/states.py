@@ -96,9 +96,9 @@ def resting_state(
 
     Args:
         system: a ``resting_system``.
-        speed: w [rad/s].
+        speed: spindle speed w [rad/s].
         label, u, theta, structural_zeros, assignments: see ``RestingState``.
-        balance_alike: whether this is a balance of three or more equal balls in an isotropic
+        balance_alike: whether three or more equal balls balance the rotor in an isotropic
             suspension.
     """
     field, theta = field_at(system, speed), in_one_turn(np.asarray(theta, float))

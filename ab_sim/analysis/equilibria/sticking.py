@@ -49,7 +49,7 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
 
     Args:
         scene: scene with rolling_friction, race_friction or both.
-        speed: w [rad/s].
+        speed: spindle speed w [rad/s].
         state: state from ``equilibria_of``.
 
     Raises:
@@ -62,8 +62,9 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
         names = (name for name, effect in scene.effects.items() if may_move_rest(effect))
         deciding = ", ".join(f"effects.{name}" for name in names if name not in LEFT_OUT)
         raise SceneError(
-            f"{deciding}: where friction holds balls is known for resting states in closed form "
-            "only, which are not known with this; take it out, or simulate (ab-sim run)"
+            f"{deciding}: the angles at which friction holds balls are computed for resting states "
+            "in closed form only, and there are none with this effect; remove it, or simulate "
+            "(ab-sim run)"
         )
     effects = tuple(scene.effects.values())
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
@@ -84,17 +85,17 @@ def _interval(slack, theta: np.ndarray, ball: int) -> Sticking:  # type: ignore[
     ends = []
     for sense in (-1.0, 1.0):
 
-        def left(far: float, sense: float = sense) -> float:
+        def margin(far: float, sense: float = sense) -> float:
             return slack(theta + sense * far * (np.arange(len(theta)) == ball))
 
         far = np.linspace(0.0, math.pi, LOOKS + 1)
-        bad = next((k for k, x in enumerate(far) if k and left(float(x)) < 0.0), None)
-        if left(0.0) <= 0.0:
+        bad = next((k for k, x in enumerate(far) if k and margin(float(x)) < 0.0), None)
+        if margin(0.0) <= 0.0:
             reach = 0.0
         elif bad is None:
             reach = math.pi
         else:
-            reach = float(brentq(left, far[bad - 1], far[bad], xtol=1e-12))
+            reach = float(brentq(margin, far[bad - 1], far[bad], xtol=1e-12))
         ends.append(theta[ball] + sense * reach)
     return Sticking(ball, float(ends[0]), float(ends[1]))
 

@@ -47,7 +47,7 @@ def traced_branches(
         if progress is not None:
             progress(f"from {speed:.4g} rad/s", k, len(seeds))
         for state in found_states(system, speed):
-            # Follow one position of a continuum: which are worst and best changes with speed.
+            # Follow a single position of a continuum: the worst and best change with speed.
             if state.label.endswith((WORST, BEST)) or (
                 state.structural_zeros and _covered(continua, state.label, speed)
             ):

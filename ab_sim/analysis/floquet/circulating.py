@@ -1,9 +1,9 @@
 """Exact motion of circulating balls: periodic solutions with the beat of bunch and spindle.
 
 In axes that turn with the rotor the equations do not depend on time. A bunch with mean speed s
-comes round the race once in T = 2 pi / (w - s). The state is then the same except for the angles of
-the bunch: P_T(y) = y - 2 pi for its balls. T is unknown, and the phase is arbitrary, so that one
-multiplier is 1.
+circulates once around the race in T = 2 pi / (w - s). The state is then the same except for the
+angles of the bunch: P_T(y) = y - 2 pi for its balls. T is unknown, and the phase is arbitrary, so
+that one multiplier is 1.
 
 Newton's method starts from the closed form (``analysis.circulating``). Either T is unknown, or s is
 given and the spindle speed or another parameter is unknown. As a function of s, a branch continues
@@ -34,7 +34,7 @@ Case = Callable[[float], tuple[Scene, float]]
 
 @dataclass(frozen=True)
 class CirculatingSolution:
-    """Periodic solution in which a bunch comes round the race once."""
+    """Periodic solution in which a bunch circulates once around the race."""
 
     spindle_speed: float
     """Spindle speed w [rad/s]."""
@@ -127,7 +127,7 @@ def solution_at(case: Case, near: CirculatingSolution, speed: float) -> Circulat
     Args:
         case: function that applies the parameter.
         near: solution for ``case(near.value)``, the initial guess.
-        speed: mean speed s [rad/s].
+        speed: mean bunch speed s [rad/s].
 
     Raises:
         SceneError, InputError: a value gives no valid scene, or one without a beat map.
@@ -172,7 +172,7 @@ class BeatMap:
 
     def __init__(self, scene: Scene, speed: float, count: int) -> None:
         if (reason := why_not(scene)) is not None:
-            raise SceneError(f"balls that circulate are not looked for: {reason}")
+            raise SceneError(f"circulating balls are not looked for: {reason}")
         self.turn, self.count, self.speed = TurnMap(scene, speed), count, speed
         self._field = held(scene, speed)
         self._round = np.zeros(self.turn.layout.size)
@@ -183,7 +183,7 @@ class BeatMap:
         return math.ceil(self.turn.fewest * period / self.turn.period)
 
     def gap(self, states: np.ndarray) -> np.ndarray:
-        """Return the gap of a start after a period, shape (states,)."""
+        """Return end minus start of a period, without the bunch's revolution, shape (states,)."""
         missed: np.ndarray = states[-1] - states[0] - self._round
         return missed
 
@@ -218,7 +218,7 @@ class BeatMap:
     def step(
         self, state: np.ndarray, matrix: np.ndarray, gap: np.ndarray, slope: np.ndarray, size: float
     ) -> tuple[np.ndarray, float]:
-        """Return the state after a Newton step, and the change magnitude of the other unknown.
+        """Return the state after a Newton step, and the change of the other unknown.
 
         The system is singular along the shift in time; the least-squares step of minimal norm is
         taken.
@@ -228,7 +228,7 @@ class BeatMap:
             matrix: monodromy matrix.
             gap: gap after a period.
             slope: derivative of the gap by the other unknown.
-            size: of the other unknown.
+            size: value of the other unknown, period or parameter; its scale.
         """
         scale = np.append(self.turn.scale, abs(size))
         ways = np.column_stack([matrix - np.eye(len(gap)), slope])

@@ -46,7 +46,7 @@ class CirculationBorder(NamedTuple):
 def circulation_border(
     case: Case, start: CirculatingSolution, faster: bool = True
 ) -> CirculationBorder | None:
-    """Return the end of a stable branch; None if it is lost, or exceeds ``MOST_STEPS``.
+    """Return the end of a stable branch; None if it is lost or needs over ``MOST_STEPS`` steps.
 
     Args:
         case: function that applies the parameter.

@@ -49,7 +49,7 @@ class FollowedPoint(NamedTuple):
 
 
 class Border(NamedTuple):
-    """Value at which the largest modulus is 1."""
+    """Parameter value at which the largest modulus of a multiplier is 1."""
 
     value: float
     speed: float
@@ -203,7 +203,7 @@ def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border
         )
         speed, crossing = at(value)
     except (_Lost, SceneError):
-        # A parameter with whole numbers has no values in between.
+        # A parameter that takes only whole numbers has no border between two of them.
         return []
     nearest = np.argmin(np.abs(np.abs(crossing.multipliers) - crossing.largest))
     below = first if one.value < other.value else last

@@ -19,7 +19,7 @@ def growth_of(scene: Scene, stability: Stability, turns: int, size: float = 1e-6
     direction. Their distance is evaluated as a maximum over whole revolutions.
 
     Args:
-        scene: scene of periodic solution.
+        scene: scene of the periodic solution.
         stability: the solution.
         turns: duration in spindle revolutions; long enough that the fastest-growing direction
             dominates by the middle.

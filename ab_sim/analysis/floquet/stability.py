@@ -38,7 +38,7 @@ class Stability:
     period: float
     """Period T, one turn of the spindle [s]."""
     found_from: str
-    """Start from which Newton's method found it: start, balanced, settled, or a neighbour."""
+    """Origin of Newton's first guess: start, balanced, settled, or a neighbour."""
     state_names: tuple[str, ...]
     orbit: Orbit
     multipliers: np.ndarray
@@ -129,8 +129,8 @@ def held_speed(scene: Scene) -> float:
     speed = last_speed(scene)
     if speed == 0.0:
         raise InputError(
-            f"{scene.name}: its spindle stands in the end, and the solutions looked for repeat "
-            "with every turn of it; give a speed [rad/s]"
+            f"{scene.name}: the spindle stands still at the end, but a periodic solution repeats "
+            "with its turns; give a speed [rad/s]"
         )
     return speed
 
@@ -180,7 +180,7 @@ def _same(turn: TurnMap, one: Stability, other: Stability) -> bool:
 
 
 def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
-    """Return an orbit's multipliers, refined until halving the step no longer changes them.
+    """Return an orbit's solution; steps are halved until the multipliers no longer change.
 
     Args:
         turn: turn map of the orbit.
@@ -231,7 +231,7 @@ def multipliers_of(orbit: Orbit) -> np.ndarray:
 
 
 def multiplier_distance(ones: np.ndarray, others: np.ndarray) -> float:
-    """Return the distance of two sets of multipliers: the largest in their best matching."""
+    """Return the distance of two sets of multipliers: the largest within their best matching."""
     distance = np.abs(ones[:, None] - others[None, :])
     return float(distance[linear_sum_assignment(distance)].max(initial=0.0))
 

@@ -20,7 +20,7 @@ def from_start(turn: TurnMap) -> np.ndarray:
 def from_balance(turn: TurnMap) -> np.ndarray:
     """Return the deck at rest, with balls at their best balancing positions.
 
-    It is the position nearest to evenly spread balls; for more than two balls it is one of many.
+    The position nearest to evenly spread balls is chosen; more than two balls have many.
     """
     state = np.zeros(turn.layout.size)
     state[turn.layout.deck] = turn.rest()
@@ -66,12 +66,12 @@ def balanced_angles(turn: TurnMap) -> np.ndarray:
         levers.append(heavy * balls[:, RACE_HEIGHT] / scene.race.radius)
         rotor.append(scene.couple_unbalance / scene.race.radius)
 
-    def left(angles: np.ndarray) -> np.ndarray:
+    def residual(angles: np.ndarray) -> np.ndarray:
         sums = np.array(levers) @ np.exp(1j * angles) + np.array(rotor)
         return np.concatenate([sums.real, sums.imag]) / heavy.sum()
 
     spread = 2.0 * np.pi * (np.arange(n) + 0.5) / n
-    fit = least_squares(left, spread, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    fit = least_squares(residual, spread, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     return np.asarray(fit.x)
 
 

@@ -88,8 +88,8 @@ class TurnMap:
     def __init__(self, scene: Scene, speed: float) -> None:
         if not SLOWEST <= abs(speed) <= FASTEST:
             raise InputError(
-                f"speed = {exact(speed)} rad/s: must be within 1e-6 to {FASTEST:g}, or the same "
-                "backwards: the solutions looked for repeat with every turn of the spindle"
+                f"speed = {exact(speed)} rad/s: must be from 1e-6 to {FASTEST:g} in size, forwards "
+                "or backwards, because solutions repeat with every turn of the spindle"
             )
         require_built_in(scene, "Floquet analysis")
         self.scene, self.speed = scene, speed
@@ -104,8 +104,8 @@ class TurnMap:
         if 2 * self.fewest > MOST:
             raise SceneError(
                 f"a turn at {exact(speed)} rad/s takes {self.period:.3g} s, and {what} is so fast "
-                f"that it would have to be cut into {self.fewest} steps; {MOST // 2} at most are "
-                "taken, and half as long ones to check them: lower that rate, or raise the speed"
+                f"that the turn needs {self.fewest} steps; at most {MOST // 2} are allowed, as a "
+                "check halves them: lower that rate, or raise the speed"
             )
         self._flow = Flow(self.system, field.scheduled, field.discrete_state, stepper)
         length, _ = scene.whirl_unit

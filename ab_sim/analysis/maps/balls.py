@@ -69,8 +69,8 @@ def with_balls(scene: Scene, count: int) -> Scene:
     """
     if len({*scene.balls.masses}) != 1:
         raise SceneError(
-            f"balls.mass: {scene.balls.count} balls of several masses, or none, cannot be "
-            "compared with another number of them; give all one mass"
+            f"balls.mass: {scene.balls.count} balls of different masses, or none, cannot be "
+            "compared with another number of balls; give all balls the same mass"
         )
     share = scene.balls.count / count if count else 0.0
     changes: dict[str, Any] = {"balls.count": count, "balls.mass": scene.balls.masses[0] * share}
@@ -99,7 +99,7 @@ def plane_with_balls(plane: Plane, count: int) -> Plane:
     for key in (plane.across.key, plane.up.key):
         if key == DRAG or key.partition(".")[0] == "balls":
             raise InputError(
-                f"against {count} balls: {key} is on an axis, and is not the same for another "
-                "number of balls; map something else"
+                f"against {count} balls: {key} is on an axis but depends on the number of "
+                "balls; map another key"
             )
     return plane._replace(scene=with_balls(plane.scene, count))

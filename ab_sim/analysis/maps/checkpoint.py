@@ -55,7 +55,7 @@ class PointCheckpoint:
             points: row and column of each point.
             compute: function that returns JSON-able values of points, one by one.
             what: name of the work, for ``tell``.
-            tell: progress callback; an exception in it ends the work, computed points are saved.
+            tell: progress callback; an exception in it ends the work; computed points are saved.
         """
         wanted = [point for point in points if point not in self._values]
         before = len(self._values)

@@ -15,7 +15,7 @@ MOST = 50
 
 
 class Family(NamedTuple):
-    """Maps that differ by one value of the scene."""
+    """Maps of one plane for several values of another key of the scene."""
 
     key: str
     values: tuple[float, ...]
@@ -50,7 +50,7 @@ def values_of(text: str) -> tuple[str, tuple[float, ...]]:
 
 
 def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
-    """Return one plane per value.
+    """Return a copy of the plane for each value of the key.
 
     Raises:
         InputError: the key is on an axis, or is not a key of a scene.
@@ -74,7 +74,7 @@ def family(
     workers: int = 1,
     tell: Progress | None = None,
 ) -> Family:
-    """Compute one map per value.
+    """Compute a map for each value of the key.
 
     Further arguments and errors are those of ``stability_map`` and ``members``.
     """

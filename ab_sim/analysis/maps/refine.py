@@ -67,7 +67,7 @@ def refined(
 
 
 def _spaced(spacing: int, size: int) -> np.ndarray:
-    """Every ``spacing``-th index from 0, and the last."""
+    """Return every ``spacing``-th index from 0, and the last."""
     return np.union1d(np.arange(0, size, spacing), [size - 1])
 
 
@@ -96,7 +96,7 @@ def _compute(
 
 
 def _at_borders(labels: np.ndarray) -> np.ndarray:
-    """Mask of the points that have a neighbour with another label."""
+    """Return the mask of points that have a neighbour with another label."""
     around = np.lib.stride_tricks.sliding_window_view(np.pad(labels, 1, mode="edge"), (3, 3))
     different: np.ndarray = (around != labels[:, :, None, None]).any(axis=(2, 3))
     return different

@@ -199,7 +199,7 @@ def label_at(plane: Plane, point: Point) -> int:
 
 
 def map_points(scene: Scene, speed: float, across: list[Any], up: list[Any]) -> dict[str, Any]:
-    """Return the cached data of a map: [row, column, label] of points, here of all.
+    """Return the cached data of a map: [row, column, label] of all points.
 
     Args:
         scene, speed: see ``Plane``.

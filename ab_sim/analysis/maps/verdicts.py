@@ -29,7 +29,7 @@ from ab_sim.scene.model import Scene
 EVERYWHERE = 1
 """Bit of balance that is stable at all positions of the balanced set."""
 SOMEWHERE = 2
-"""Bit of balance that is stable at some positions of three or more balls, not at all."""
+"""Bit of balance that is stable at some, but not all, positions of three or more balls."""
 CLUSTERED = 4
 """Bit of a stable state with W > 0 and all balls on one side of the shaft."""
 SPLIT = 8
@@ -81,7 +81,7 @@ def verdict(scene: Scene, speed: float) -> int:
     It equals ``label_of`` applied to ``equilibria_of``, and is several times as fast.
 
     Raises:
-        SceneError: its equations have no resting states.
+        SceneError: the scene's equations have no resting states.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)

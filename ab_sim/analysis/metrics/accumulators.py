@@ -279,13 +279,13 @@ class PassageAccumulator:
     def __init__(self, runs: JudgedRuns) -> None:
         self.found: list[float | None] = [None] * len(runs)
         """Time [s]; see ``first_passage_of_opposite``."""
-        self._left = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
+        self._pending = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
 
     def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        for run in self._left:
+        for run in self._pending:
             self.found[run] = first_passage_of_opposite(block.joined.trajectories[run])
-        self._left = [run for run in self._left if self.found[run] is None]
+        self._pending = [run for run in self._pending if self.found[run] is None]
 
 
 class OncePerTurnAccumulator:

@@ -114,7 +114,7 @@ class Metrics(MotionMetrics):
     vibration_velocity_null = Metric[str | None](
         "vibration_velocity_null",
         "-",
-        "reason for which vibration_velocity_rms is null; null if it is not",
+        "reason why vibration_velocity_rms is null; null if it has a value",
         "a text",
         BroadBandAccumulator,
         lambda vibration: vibration.why_not,
@@ -133,7 +133,8 @@ class Metrics(MotionMetrics):
     vibration_velocity_peak = Metric[float | None](
         "vibration_velocity_peak",
         "mm/s",
-        "largest magnitude of the same in the whole run, at any sample and along any axis; "
+        "largest magnitude of the filtered velocity of vibration_velocity_rms in the whole run, at "
+        "any sample and along any axis; "
         f"{_TOO_SPARSE} anywhere in the run",
         f"max abs(v), {_FILTERED}",
         BroadBandAccumulator,
@@ -166,7 +167,8 @@ class Metrics(MotionMetrics):
     slipped_turns_total = Metric[float | None](
         "slipped_turns_total",
         "1",
-        "turns relative to the race of all balls, summed; null without balls",
+        "sum of the turns of all balls relative to the race, as in slipped_turns_max; null "
+        "without balls",
         "sum over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
         SlipAccumulator,
         lambda slip: slip.total,

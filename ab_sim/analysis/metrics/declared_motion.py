@@ -93,9 +93,9 @@ class MotionMetrics(MetricValues):
         "-",
         "whether the whirl does not change any more over the last stretch: it neither rises nor "
         f"falls by a tenth of itself or more, or it is within {100 * FLOOR:g} % of M0 e / M",
-        f"W_f <= {100 * FLOOR:g} % M0 e / M, or of thirds and halves of t >= t_l not all one way: "
-        "sqrt(mean(W^2)) from the first to the last third by more than 10 %, from half to half by "
-        "more than 5 %, max W from third to third by more than 10 %",
+        f"W_f <= {100 * FLOOR:g} % M0 e / M, or not all of these changes within t >= t_l occur in "
+        "one direction: sqrt(mean(W^2)) by more than 10 % from the first to the last third and by "
+        "more than 5 % from half to half, max W by more than 10 % from the first to the last third",
         FinalWhirlAccumulator,
         lambda final: final.settled,
         better=Better.LARGER,
@@ -284,7 +284,8 @@ class MotionMetrics(MetricValues):
         "-",
         "pairs of balls that overlapped, which the effect ball_contact prevents, and the time "
         "of the first overlap [s]; null if none can overlap",
-        "of one race: 2 R abs(sin((theta_i - theta_j) / 2)) < a_i + a_j, or passed between samples",
+        "2 R abs(sin((theta_i - theta_j) / 2)) < a_i + a_j at a sample, or ball i passes ball j "
+        "between samples; i and j on one race",
         RunOverlapAccumulator,
         lambda accumulator: accumulator.found,
         Row(

@@ -153,7 +153,7 @@ class Metric(Generic[T]):
     equation: str
     """Equation in one line, symbols as in docs/conventions.md; empty if not given."""
     accumulator: type[Any]
-    """Class of the accumulator that computes it; see ``judging``."""
+    """Class of the accumulator that computes the metric; see ``judging``."""
     find: Callable[[Any], Sequence[T] | np.ndarray]
     """Function that takes the values of all runs from the accumulator."""
     row: Row | None = None
@@ -195,10 +195,10 @@ class Metric(Generic[T]):
     def not_a_number(self) -> str:
         """Reason in words why a metric that is not ``scalar`` cannot be compared or plotted."""
         what = "a text" if self.kind is MetricKind.WORDS else "a list"
-        return f"is {what}, not a number; `ab-sim metrics` says which are"
+        return f"is {what}, not a number; `ab-sim metrics` lists the type of each metric"
 
     def described(self) -> list[MetricInWords]:
-        """Return its description, and that of its ratio to the run without balls, if it has one."""
+        """Return descriptions of the metric and of its ratio to the run without balls, if any."""
         better, kind = self.better.value, self.kind.value
         taken_by = "sweep, tune, robust" if self.scalar else "run only"
         description = MetricInWords(
@@ -217,7 +217,7 @@ class Metric(Generic[T]):
         ]
 
     def as_reported(self, value: Any, eccentricity: float) -> object:
-        """Return a JSON-able value; a whirl in units of e [m], None if e is 0."""
+        """Return a value in its unit in reports, JSON-able; None for a whirl in e if e is 0 [m]."""
         if value is None:
             return None
         if self.unit == "e":
@@ -327,11 +327,11 @@ class MetricValues:
         """Return the value of a metric in SI units.
 
         Raises:
-            InputError: the run was not evaluated with it.
+            InputError: the metric was not computed for this run.
         """
         if metric.key not in self.values:
             raise InputError(
-                f"metric {metric.key!r}: this run was not judged by it, but by: "
+                f"metric {metric.key!r}: was not computed for this run, which has: "
                 + ", ".join(self.values)
             )
         return cast(T, self.values[metric.key])
@@ -340,7 +340,7 @@ class MetricValues:
         """Return the reported value of a metric by its key.
 
         Raises:
-            InputError: the key is unknown, or the run was not evaluated with it.
+            InputError: the key is unknown, or the metric was not computed for this run.
         """
         metric = _named(key)
         return metric.as_reported(self.of(metric), self._eccentricity)

@@ -40,19 +40,19 @@ def metrics_of(
     Returns
     -------
     Metrics
-        ``metrics["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
-        ``report()`` has all requested ones by name, JSON-able.
+        ``metrics["final_whirl_over_e"]`` returns a metric by name, in the unit that ``ab-sim
+        metrics`` lists; ``report()`` returns all requested metrics by name as JSON-able values.
 
     Raises
     ------
     InputError
-        There is no such metric, and the message names the nearest; or there are no samples.
+        A key is unknown (the message names the nearest one), or there are no samples.
     SceneError
         The scene is not valid.
 
     Notes
     -----
-    Displacements are counted from where the deck hangs at rest.
+    Displacements are relative to the deck's rest position.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def metrics_of(
     {'final_speed': 20.0, 'settled': True}
     """
     if len(trajectory) == 0:
-        raise InputError("trajectory: has no samples; a run is judged by at least one")
+        raise InputError("trajectory: has no samples; metrics need at least one")
     scene = as_scene(scene)
     runs = JudgedRuns([scene], len(trajectory))
     columns = metrics_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
@@ -96,7 +96,7 @@ def metrics_of_runs(
     keys: Iterable[str] | None = None,
     whirl: np.ndarray | None = None,
 ) -> dict[str, list[object]]:
-    """Compute the metrics of several runs; each has the same values as on its own.
+    """Compute the metrics of several runs; the values of a run do not depend on the others.
 
     Args:
         runs: data of the runs.

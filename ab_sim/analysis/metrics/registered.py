@@ -39,12 +39,12 @@ def register_metric(
 ) -> Callable[[type[Own]], type[Own]]:
     """Return a class decorator that registers a metric of runs, in this process.
 
-    It stands in ``ab-sim metrics``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
-    report``, and in ``metrics`` of results. The class is created for each run, with the scene and
-    how many samples there are. ``take(block)`` is called with these, a ``Trajectory`` after the
-    other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
-    None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with
-    the metric.
+    The metric appears in ``ab-sim metrics``, in reports, in the tables of ``ab-sim run`` and
+    ``ab-sim report``, and in ``metrics`` of results. An instance of the class is created for each
+    run, with the scene and the number of samples. ``take(block)`` receives the samples as
+    successive ``Trajectory`` blocks, because a run may not fit into memory. Then ``value()``
+    returns the number, or None if it is undefined. If the class has a text ``equation``, it is
+    listed with the metric.
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ def register_metric(
     meaning : str
         Meaning in a few words.
     unit : str, default "1"
-        SI; "e" of a length [m] that is to be reported in eccentricities.
+        SI unit of the value; "e" for a length [m] that is reported in units of the eccentricity.
     label : str, optional
         Label of its row in tables, without the unit; default: the key, with spaces.
     last_stretch : bool, default False
         Whether the class receives only the last tenth of the run.
     better : str, default "neither"
-        Which values are wanted: smaller, larger or neither.
+        Preferred values: smaller, larger or neither.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def register_metric(
 
     Notes
     -----
-    Displacements are counted from where the deck hangs at rest.
+    Displacements are relative to the deck's rest position.
 
     Examples
     --------
@@ -120,7 +120,7 @@ def register_metric(
                 meaning,
                 equation,
                 accumulator,
-                lambda watch: [recorder.value() for recorder in watch.own],
+                lambda accumulator: [recorder.value() for recorder in accumulator.own],
                 row,
                 Better(better),
             )

@@ -10,7 +10,7 @@ from ab_sim.tracing.cosine import cos_sin
 class Residuals:
     """Root mean square of abs(1 + sum s_i exp(i theta_i)), with s_i = p_i / whole.
 
-    If the whole is 0, it is the root mean square of abs(sum p_i exp(i theta_i)).
+    If the whole is 0, the root mean square of abs(sum p_i exp(i theta_i)).
 
     Args:
         parts: p_i of each ball, shape (runs, balls).
@@ -27,7 +27,7 @@ class Residuals:
         self._mean = MeanSquares(len(parts))
 
     def take(self, angles: np.ndarray) -> np.ndarray:
-        """Add the ball angles of further samples and return the squares there.
+        """Add the ball angles of further samples; return their squares, shape (runs, samples).
 
         Args:
             angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.

@@ -55,7 +55,7 @@ class SpindleStartAccumulator(EachRun[SpindleStart]):
     @property
     def found(self) -> list[float | None]:
         """Start times, see ``SpindleStart``."""
-        return [watch.found for watch in self.each]
+        return [single.found for single in self.each]
 
 
 class SpindleTarget:
@@ -98,7 +98,7 @@ class SpindleTargetAccumulator(EachRun[SpindleTarget]):
     @property
     def found(self) -> list[float | None]:
         """Times, see ``SpindleTarget``."""
-        return [watch.found for watch in self.each]
+        return [single.found for single in self.each]
 
 
 class TorqueAccumulator:

@@ -236,19 +236,19 @@ class BroadBandAccumulator(EachRun[BroadBand]):
     @property
     def final(self) -> list[float | None]:
         """Final values, see ``BroadBand``."""
-        return [watch.final for watch in self.each]
+        return [single.final for single in self.each]
 
     @property
     def whole(self) -> list[float]:
         """Unfiltered values, see ``BroadBand``."""
-        return [watch.whole for watch in self.each]
+        return [single.whole for single in self.each]
 
     @property
     def why_not(self) -> list[str | None]:
         """Reasons of missing values, see ``BroadBand``."""
-        return [watch.why_not for watch in self.each]
+        return [single.why_not for single in self.each]
 
     @property
     def peak(self) -> list[float | None]:
         """Peak values, see ``BroadBand``."""
-        return [watch.peak for watch in self.each]
+        return [single.peak for single in self.each]

@@ -22,7 +22,7 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 DRAGS = (0.1, 0.2, 0.3, 0.4, 0.5)
-"""Drags [N s/m] that reproduce the report's figures; the report does not state its own."""
+"""Drags [N s/m] that reproduce the figures of relative-stability, which does not state any."""
 DRAG = "effects.viscous_drag.coefficient"
 
 
@@ -90,7 +90,7 @@ class RecoveryOverDrag(Presented):
         }
 
     def _columns(self) -> Columns:
-        """Return columns: the scene's own drag first; all balls first, then one ball."""
+        """Return a row per run: all balls, then one ball; each with the scene's drag first."""
         drags = (self.drag, *self.drags)
         runs = (self.own, *self.over, *(self.one_ball or ()))
         ways = len(runs) // len(drags)
@@ -153,7 +153,7 @@ def composite_of(recoveries: Sequence[Recovery]) -> Composite | None:
 def recovery_over_drag(
     scene: Scene, drags: Sequence[float] = DRAGS, tell: Progress | None = None, band: float = BAND
 ) -> RecoveryOverDrag:
-    """Return the recovery at the scene's own drag and others, with its balls and with one.
+    """Return the recovery at the scene's own drag and others, with all balls and with one.
 
     Previous results are taken from the cache (``Results``).
 
@@ -169,7 +169,7 @@ def recovery_over_drag(
     """
     change = speed_change_of(scene)
     if scene.balls.count == 0:
-        raise SceneError("balls.count = 0: without balls there is no drag to recover with")
+        raise SceneError("balls.count = 0: must be at least 1 for a recovery over drag")
     drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0
     ways = [scene] if scene.balls.count == 1 else [scene, in_one_ball(scene)]
     work = [scene for way in ways for scene in (way, *(with_drag(way, drag) for drag in drags))]
@@ -195,7 +195,7 @@ def recovery_over_drag(
 
 
 def kept_recovery(scene: Scene, band: float = BAND) -> Recovery:
-    """Return ``recover`` from the cache or computed."""
+    """Return the result of ``recover``, from the cache if it was computed before."""
     return Recovery(**Results(_recovered).of(scene, band=band))
 
 
@@ -207,7 +207,7 @@ def with_drag(scene: Scene, drag: float) -> Scene:
     """Return the scene with another drag of the race [N s/m].
 
     Raises:
-        SceneError: the scene does not accept it.
+        SceneError: the scene does not accept the drag.
     """
     return changed_scene(scene, {DRAG: drag}, "drag")
 

@@ -2,9 +2,9 @@
 
 Definitions of relative-stability 5.1: the change begins at t_0. The maximum amplitude r_p is the
 largest whirl after t_0. From t_1 on the whirl stays within 1e-6 mm of its steady value; the
-settling time is t_c = t_1 - t_0. In addition, it must stay in the band for at least the last tenth
-of the time since the change. If the whirl rises to its steady value without overshoot, a case that
-the report does not cover, t_0 is the end of the change.
+settling time is t_c = t_1 - t_0. Here the whirl must also stay in the band for at least the last
+tenth of the time since the change. If the whirl rises to its steady value without overshoot, a case
+that the source does not cover, t_0 is the end of the change.
 """
 
 import math
@@ -48,7 +48,7 @@ class Recovery(NamedTuple):
     """Response to one change of speed; times count from the start of the run."""
 
     settling_time: float | None
-    """Settling time t_c [s]; None if it does not settle."""
+    """Settling time t_c [s]; None if the whirl does not settle."""
     maximum_amplitude: float
     """Maximum amplitude r_p [m]."""
     peak_time: float
@@ -112,7 +112,7 @@ def speed_change_of(scene: Scene) -> SpeedChangeProfile:
     """Return the scene's change of speed.
 
     Raises:
-        SceneError: the scene has no change of speed, or ends before its end.
+        SceneError: the scene has no change of speed, or ends before the change does.
     """
     change = scene.profile
     if not isinstance(change, SpeedChangeProfile):
@@ -163,7 +163,7 @@ def _judge(
     rests: bool,
     band: float,
 ) -> Recovery:
-    """Return the recovery of a run; ``rests`` tells whether it can have settled."""
+    """Return the recovery of a run; ``rests`` is True if the run can have settled."""
     run = Trajectory(_KEPT, path)
     time, whirl = run["time"], run.whirl
     steady = float(whirl[-1]) if state is None else state.W
@@ -191,10 +191,10 @@ def _judge(
 def nearest_state(
     scene: Scene, states: Equilibria, u: np.ndarray, theta: np.ndarray, band: float
 ) -> RestingState | None:
-    """Return the resting state that a drive has reached; None if none, or if it is unstable.
+    """Return the resting state that a drive has reached; None if there is no stable one.
 
-    On a continuum, such as the balanced positions of three balls, it is the state at the balls'
-    angles.
+    On a continuum, such as the balanced positions of three balls, the state at the balls' angles is
+    returned.
 
     Args:
         scene: scene of ``states``.

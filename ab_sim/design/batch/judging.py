@@ -55,7 +55,7 @@ class LaneSource(Protocol):
         """Return the step plan keys of up to eight runs, or one key common to all."""
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """Return the data that metrics need of runs."""
+        """Return the data of runs that metrics need."""
 
 
 class _PreparedGroup:
@@ -103,8 +103,8 @@ def _in_lanes(
 
     Args:
         source: source of these runs.
-        rows: their rows in the source.
-        numbers: their numbers.
+        rows: row of each run in the source.
+        numbers: number of each run in the batch.
         keys: keys of the metrics.
     """
     first = source.first
@@ -130,7 +130,7 @@ def _in_lanes(
 
 
 class _Room:
-    """Memory for samples and whirl of runs, reused for the next ones.
+    """Memory for samples and whirl of runs, reused for later runs.
 
     Args:
         first: any of the runs.
@@ -184,7 +184,7 @@ def run_and_judge(
     keys: Sequence[str],
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[DoneRuns, dict[str, list[Any]]]:
-    """Run, evaluate, and keep samples.
+    """Run prepared runs, compute their metrics, and keep samples.
 
     Args:
         prepared, every, progress: see ``run_prepared``.
@@ -259,5 +259,5 @@ def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
 
 
 def _at_once(run: PreparedRun) -> int:
-    """Return how many such runs have their samples in memory at a time, a multiple of eight."""
+    """Return the number of runs whose samples are in memory at a time, a multiple of eight."""
     return max(1, SAMPLES_AT_ONCE // (run.steps * len(run.channels)) // LANES) * LANES

@@ -20,8 +20,8 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
     which do not change its state.
 
     Args:
-        step_plans: the step ranges of each run, over the same stepstep [s].
-        step: s.
+        step_plans: step ranges of each run, all over the same steps.
+        step: length of a step [s].
 
     Returns:
         The type of all segments, and the plan.

@@ -51,7 +51,7 @@ class StepPlanKey(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _StepperRequest:
     """Request for the choice of a stepper, comparable with other requests."""
 
     by: Any
@@ -61,9 +61,9 @@ class _Asked:
 
 
 @functools.lru_cache(maxsize=64)
-def _chosen(asked: _Asked) -> Choice:
+def _chosen(request: _StepperRequest) -> Choice:
     """Return the choice, cached for runs that differ in their start or profile only."""
-    return choose_stepper(asked.scene, asked.system)
+    return choose_stepper(request.scene, request.system)
 
 
 class PreparedRun:
@@ -79,7 +79,7 @@ class PreparedRun:
         self.numbers = numbers_of(self.system)
         """Raw constants for the kernel."""
         self._pattern = pattern(self.system)
-        choice = _chosen(_Asked(self._asked(), self.scene, self.system))
+        choice = _chosen(_StepperRequest(self._choice_inputs(), self.scene, self.system))
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
         self._controlled = self.scene.is_controlled
         schedule = SpeedSchedule.at_start if self._controlled else SpeedSchedule.of_scene
@@ -95,8 +95,8 @@ class PreparedRun:
     def with_numbers_of(self, scene: Scene) -> "PreparedRun":
         """Return the run of a scene that differs in numbers only, including its start angle.
 
-        Stepper, step and step ranges are kept. The run may therefore diverge where it would not
-        with its own.
+        Stepper, step and step ranges are kept. The run may therefore diverge although it would
+        not with its own stepper and step.
 
         Args:
             scene: checked scene with the same profile and start speed.
@@ -116,7 +116,7 @@ class PreparedRun:
         solver = self.stepper, self.scene.solver.step
         return names, self._pattern, self.scene.balls.count, solver, self.steps, self._controlled
 
-    def _asked(self) -> Any:
+    def _choice_inputs(self) -> Any:
         """Return all inputs of the choice of a stepper."""
         solver = self.scene.solver
         named = solver.stepper, solver.step, tuple(sorted(solver.parameters.items()))
@@ -124,7 +124,7 @@ class PreparedRun:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Channel names of its samples."""
+        """Channel names of the samples."""
         return channels_of(self.scene, self.system)
 
     @property
@@ -133,12 +133,12 @@ class PreparedRun:
         return len(self.system.balls)
 
     def failure_after(self, sound: int) -> str:
-        """Return the reason of an early end after ``sound`` steps; empty if these are all."""
+        """Return the reason of an early end after ``sound`` steps; empty if the run is complete."""
         if sound >= self.steps:
             return ""
         return (
-            f"went beyond all bounds at t = {(sound + 1) * self.scene.solver.step:.9g} s; a Drive "
-            "of this scene says what did, and why"
+            f"went beyond all bounds at t = {(sound + 1) * self.scene.solver.step:.9g} s; run "
+            "this scene with a Drive to get the cause"
         )
 
     def trajectory(self, samples: np.ndarray, stride: int) -> Trajectory:

@@ -95,7 +95,7 @@ class RunColumns:
         return [self.first.step_plan_key]
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """Return the data that metrics need of some runs."""
+        """Return the data of some runs that metrics need."""
         scenes = _LazyScenes(self.first.scene, self._values, rows)
         return JudgedRuns(scenes, self.first.steps, self._numbers(rows))
 
@@ -243,7 +243,7 @@ def _can_vary(base: PreparedRun) -> bool:
         return False
     # Steps along a curved profile depend on the cycle, and sensors are not covered here.
     ramps = all(isinstance(part.segment, Ramp) for part in base.step_plan_key.scheduled_segments)
-    # Of an automatic choice, how steps are divided may differ from run to run.
+    # With an automatic choice, the division of steps may differ from run to run.
     kept = scene.solver.stepper != AUTO or base.stepper is stepper_named(USUAL)
     return base.fits_lane and ramps and not scene.pickups and kept
 
@@ -368,7 +368,7 @@ def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _deck(bodies: _Bodies, base: Planar) -> Planar:
-    """Return the deck model of scenes."""
+    """Return the deck model with the numbers of scenes."""
     return base._replace(
         total_mass=bodies.total_mass,
         unbalance=bodies.eccentric_mass * bodies.eccentricity,

@@ -15,13 +15,13 @@ class SampleBuffer:
     """
 
     def __init__(self, runs: int, shape: tuple[int, int]) -> None:
-        self._left, self._shape = runs, shape
+        self._remaining, self._shape = runs, shape
         self._block, self._used = np.empty((0, *shape)), 0
 
     def take(self, runs: int) -> np.ndarray:
         """Return uninitialised memory for further runs, shape (runs, samples, channels)."""
         if self._used + runs > len(self._block):
-            fit = min(_BLOCK // max(1, self._shape[0] * self._shape[1]), self._left)
+            fit = min(_BLOCK // max(1, self._shape[0] * self._shape[1]), self._remaining)
             self._block, self._used = np.empty((max(runs, fit), *self._shape)), 0
-        self._used, self._left = self._used + runs, self._left - runs
+        self._used, self._remaining = self._used + runs, self._remaining - runs
         return self._block[self._used - runs : self._used]

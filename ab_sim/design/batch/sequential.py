@@ -9,7 +9,7 @@ from ab_sim.drive import Drive
 
 
 def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
-    """Run each with its own Drive, keep every ``every``-th step; return runs and CPU time [s]."""
+    """Run each member in a Drive, keeping every ``every``-th step; return runs and CPU time [s]."""
     runs, seconds = [], 0.0
     for member in members:
         drive, failure = Drive(member.scene), ""

@@ -39,8 +39,9 @@ def simulate_batch(
     scene : Scene, str or Path
         Scene that the runs have in common; a requested accuracy is measured with it unchanged.
     variations : sequence of mappings, or mapping of arrays
-        For each run values by dotted key, SI or a text with a unit, ``"2 g"``; None removes a key.
-        Any key may vary. Or by dotted key a list or an array with a value for each run.
+        One mapping per run from dotted keys to values: SI numbers, or texts with a unit such as
+        ``"2 g"``; None removes a key. Or one mapping from dotted keys to lists or arrays with a
+        value for each run. Any key may vary.
     every : int, default 1
         Keep every ``every``-th step.
     progress : callable, optional
@@ -49,19 +50,20 @@ def simulate_batch(
         Keys of metrics of each run (`ab-sim metrics` lists them), computed from all of its steps.
     samples : bool, optional
         Whether to keep samples; default: only without metrics. Without samples, a run takes memory
-        only while it is judged.
+        only while it is evaluated.
 
     Returns
     -------
     Batch
         ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
-        ended early, the reason; ``metrics``, by key an array over the runs; ``failures``, and why
-        runs were ``aborted``, of which the final metrics say nothing.
+        ended early, the reason; ``metrics``, by key an array over the runs; ``failures`` and
+        ``aborted``, the reasons of early ends and of aborts. Final metrics of aborted runs have no
+        meaning.
 
     Raises
     ------
     SceneError
-        A variation is not a valid scene; named by its number, from 0.
+        A variation is not a valid scene; the message has its number, from 0.
     InputError
         There is no variation, ``every`` is not a number of steps, a metric does not exist, or the
         samples do not fit into memory.
@@ -71,8 +73,8 @@ def simulate_batch(
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, are computed
     eight side by side with vector instructions. A run with an event in a step (friction, contact, a
     motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``) are
-    computed one by one. Runs of a batch are those of a ``Drive`` to the bit, and their metrics
-    those of ``metrics_of``.
+    computed one by one. Samples and metrics are bit-identical to those of a ``Drive`` and of
+    ``metrics_of``.
 
     Examples
     --------
@@ -172,8 +174,8 @@ def _check_every(every: int, keep: bool) -> None:
         raise InputError(f"every = {short(every)}: must be a whole number, at least 1")
     if every > 1 and not keep:
         raise InputError(
-            f"every = {short(every)}: says which samples are kept, and none are; leave it out, or "
-            "ask for samples=True"
+            f"every = {short(every)}: selects the samples to keep, but none are kept; omit it, or "
+            "pass samples=True"
         )
 
 
@@ -198,7 +200,7 @@ def _check_room(scenes: Sequence[Scene], every: int, keep: bool = True) -> None:
         at_work = max(at_work, most)
     if kept + at_work > MOST_VALUES:
         raise InputError(
-            f"{len(scenes)} runs of at most {max(map(steps_of, scenes))} steps: would need room "
-            f"for {kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
-            "with a larger every, run fewer at once, or make solver.step longer"
+            f"{len(scenes)} runs of at most {max(map(steps_of, scenes))} steps: would need "
+            f"memory for {kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep "
+            "fewer samples with a larger every, run fewer at once, or use a longer solver.step"
         )

@@ -69,7 +69,7 @@ class ByKey(Sequence[Mapping[str, object]]):
 
 
 def by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
-    """Return values of all runs by dotted key, None if missing; empty if keys are no texts."""
+    """Return values of all runs by dotted key, None if missing; empty if keys are not texts."""
     if isinstance(variations, ByKey):
         return variations.columns
     if not all(isinstance(variation, Mapping) for variation in variations):

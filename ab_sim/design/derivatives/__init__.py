@@ -3,7 +3,7 @@
 keys          values of a scene by their dotted keys, and the scene with another value
 differences   derivatives and their uncertainty
 channels      derivatives of a run's channels
-of_metrics     derivatives of a run's metrics
+of_metrics    derivatives of a run's metrics
 """
 
 from ab_sim.design.derivatives.channels import Sensitivities, sensitivities

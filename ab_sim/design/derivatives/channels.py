@@ -56,7 +56,7 @@ class Sensitivities(Presented):
         """Return d channel / d key, shape (samples,).
 
         Raises:
-            InputError: there is no such channel, or no such key; names those there are.
+            InputError: the channel or the key is unknown; the message lists the known ones.
         """
         if channel not in self.channels:
             raise _not_among("channel", channel, self.channels)
@@ -109,14 +109,14 @@ def sensitivities(
         Times [s], increasing and on steps. The run lasts to the last of them. Default: all steps
         until ``scene.duration``.
     progress : callable, optional
-        Called with (runs done, runs) of each batch of runs.
+        Called with the numbers of finished and of all runs, for each batch of runs.
 
     Returns
     -------
     Sensitivities
         ``derivatives`` and their ``uncertainties``, shape (channels, keys, samples), SI;
         ``trajectory``, the run with every step; ``times``, ``keys``, ``values``, ``channels``;
-        ``of(channel, key)`` is one of them.
+        ``of(channel, key)`` returns one derivative.
 
     Raises
     ------
@@ -148,13 +148,13 @@ def sensitivities(
     except ValueError:
         raise InputError(
             f"{steps} steps are too many to keep for derivatives by {len(keys)} keys: end the run "
-            "before (duration, times), or ask for fewer keys"
+            "earlier (duration, times), or request fewer keys"
         ) from None
     run = Trajectory.join([drive.present(), drive.advance(steps)])
     columns = [column_of(name, drive.channels) for name in named]
     here = run.samples[wanted][:, columns].T
     angles = [name == "angle" or name.endswith("_angle") for name in named]
-    # Of no steps one is taken, as a scene's duration is above 0.
+    # Take at least one step, because a scene's duration must be above 0.
     shorter = scene.model_copy(update={"duration": max(steps, 1) * drive.step})
 
     def results(scenes: Sequence[Scene]) -> np.ndarray:
@@ -166,7 +166,7 @@ def sensitivities(
                 start = Drive(run.scene).present().samples
                 samples = np.vstack([start, run.trajectory.samples])
                 results[number] = samples[wanted][:, columns].T
-        # A start angle just below pi goes on beyond it, not to -pi: whole turns of all samples.
+        # A start angle moved across pi is wrapped to -pi: undo whole turns in all its samples.
         turns = np.round((results[:, angles, :1] - here[angles, :1]) / (2.0 * math.pi))
         results[:, angles] -= 2.0 * math.pi * turns
         return results
@@ -211,7 +211,7 @@ def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[S
             )
         indices.append(number)
     if not indices or any(b <= a for a, b in zip(indices, indices[1:], strict=False)):
-        raise InputError("times: must rise, and be at least one")
+        raise InputError("times: must be at least one, and rising")
     return indices, indices[-1]
 
 

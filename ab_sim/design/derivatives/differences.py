@@ -1,15 +1,16 @@
 """Derivatives by differences of whole runs, with their uncertainty.
 
-A key is moved up and down by h and by h / 2. Richardson's value of both central differences is the
-derivative. Its uncertainty is the larger of two errors, plus that of rounding:
+A key is moved up and down by h and by h / 2. The derivative is Richardson's extrapolation of both
+central differences. Its uncertainty is the larger of two errors, plus that of rounding:
 
 - the difference of both central differences, which is the error of the coarser one;
 - half the jump of the slope at a kink. The difference of the slopes above and below falls with h
-  where a result is smooth, and stays at a kink.
+  if a result is smooth, but not at a kink.
 
-Rounding is measured by runs that lie closer together than any smooth change can be seen: Moré and
-Wild (2011), SIAM J. Sci. Comput. 33, 1292. Collisions that amplify it make it large. The step h is
-its third power root, at which both errors of a central difference are alike.
+Rounding is measured with runs that are so close together that smooth changes are negligible: Moré
+and Wild (2011), SIAM J. Sci. Comput. 33, 1292. Collisions amplify it. The step h is the cube root
+of the relative rounding error: truncation and rounding then contribute about equally to the error
+of a central difference.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,20 +28,22 @@ from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
 
 LEAST, MOST = 1e-5, 1e-2
-"""Step h, as a share of ``scale_of`` the key."""
+"""Limits of the step h, as fractions of the key's ``scale_of``."""
 FACTORS = (1.0, 1 / 8, 8.0)
-"""Factors of the step, tried one after the other until a derivative is certain enough."""
+"""Factors of the step, tried in this order until all derivatives are certain enough."""
 ENOUGH = 1e-4
 """Uncertainty below which no further step is tried, as a fraction of the derivative."""
 NO_INFLUENCE = 1e-7
-"""Same limit for keys with little influence: fraction of the result, per ``scale_of`` the key."""
+"""Same limit for keys with little influence, as a fraction of the result per ``scale_of``."""
 NEARBY = 1e-10
-"""Distance of the runs that measure rounding, as a share of ``scale_of``."""
+"""Distance between the runs that measure rounding, as a fraction of ``scale_of``."""
 ROUNDING, ONE_SIDED = 4.0, 10.0
-"""Twice the standard deviation of a derivative, in units of that of a result over h."""
+"""Twice the standard deviation of a central and of a one-sided derivative, times h, relative to
+that of a result."""
 
 Results = Callable[[Sequence[Scene]], np.ndarray]
-"""Results of runs, shape (scenes, rows, samples); NaN for a run that failed."""
+"""Function that returns results of scenes' runs, shape (scenes, rows, samples); NaN for failed
+runs."""
 
 
 class DerivativeEstimate(NamedTuple):
@@ -58,10 +61,10 @@ def differentiated(
     """Differentiate results of a scene's run.
 
     Args:
-        scene: with its own stepper: see ``with_stepper``.
+        scene: scene with a named stepper, see ``with_stepper``.
         keys: values to change.
         here: results of the scene's own run, shape (rows, samples).
-        results: function for the results of runs, side by side.
+        results: function that runs scenes, see ``Results``.
     """
     nearby = _nearby(scene, keys)
     noise = _noise_of(np.array([here, *(results(nearby) if nearby else ())]))
@@ -96,7 +99,7 @@ def with_stepper(scene: Scene) -> Scene:
     """Return the scene with its stepper named, so that runs with changed keys use the same one.
 
     Raises:
-        SceneError: a controller decides the speed while it runs.
+        SceneError: a controller decides the speed during the run.
     """
     SpeedSchedule.of_scene(scene)
     scene, _ = resolve_accuracy(scene)
@@ -130,11 +133,11 @@ def _difference(
 
     Args:
         here: results of the scene itself.
-        four: with the key moved by h, h / 2, -h / 2, -h; NaN at a side that no scene can have,
-            and for runs that failed or have no value.
-        step: h.
+        four: results with the key moved by h, h / 2, -h / 2, -h; NaN on a side without a valid
+            scene, and for runs that failed or have no value.
+        step: step h, in the key's unit.
         noise: standard deviation of a result.
-        possible: whether a scene can have the key moved up, and down.
+        possible: whether the scene is valid with the key moved up, and down.
     """
     slopes = (four - here) / (step * np.array([1.0, 0.5, -0.5, -1.0])[:, None, None])
     wide, near = (slopes[0] + slopes[3]) / 2.0, (slopes[1] + slopes[2]) / 2.0
@@ -157,11 +160,11 @@ def _difference(
 
 
 def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarray) -> bool:
-    """Return whether no row needs another step.
+    """Return whether all rows are certain enough, so that no other step is tried.
 
     Args:
         derivative, uncertainty: shape (rows, samples).
-        size: change of the result for a large change of the key, over that change, shape (rows,).
+        size: magnitude of the result per ``scale_of`` the key, shape (rows,).
     """
     most = np.nan_to_num(np.abs(derivative)).max(axis=1)
     enough = np.maximum(ENOUGH * most, NO_INFLUENCE * size)
@@ -169,7 +172,7 @@ def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarra
 
 
 def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | None]:
-    """Return scenes with the key moved by h, h / 2, -h / 2, -h; None at a side that cannot be."""
+    """Return scenes with the key moved by h, h / 2, -h / 2, -h; None on a side that is invalid."""
     scenes: list[Scene | None] = []
     for moves in ((step, step / 2.0), (-step / 2.0, -step)):
         try:
@@ -182,7 +185,7 @@ def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | No
 def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
     """Return seven scenes in a line, their keys moved a little; none if keys cannot move.
 
-    A key at its upper bound moves down. Where keys cannot move together, one moves alone.
+    A key at its upper bound moves down. If keys cannot move together, one moves alone.
     """
     moves = {}
     for key in keys:

@@ -1,7 +1,7 @@
 """Numbers of a scene by their dotted keys: value and unit, and the scene with another value.
 
-Entries of lists are counted from 0: ``balls.mass.1``, ``mounts.0.stiffness.2``. Where one number
-stands for all, an entry is that number, and changing it makes a list.
+Entries of lists are counted from 0: ``balls.mass.1``, ``mounts.0.stiffness.2``. If a scene has one
+number for all entries, each entry is this number, and changing an entry makes a list.
 """
 
 import functools
@@ -71,7 +71,7 @@ def real_key(scene: Scene, key: str) -> RealKey:
 def real_keys(scene: Scene) -> list[RealKey]:
     """Return all numbers of a scene that act on its motion and may change by themselves.
 
-    One that stands for all balls, or all axes, is there as such; of lists there is each entry.
+    A number for all balls or all axes is included once; lists are included entry by entry.
     """
     raw = scene.with_plain(MOVING)
     keys = [
@@ -91,7 +91,7 @@ def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
     """Return values of a scene by their keys.
 
     Raises:
-        InputError: they are no list, or one is none of the scene's: see ``real_key``.
+        InputError: ``keys`` is not a list or is empty, or a key is invalid, see ``real_key``.
     """
     if isinstance(keys, str) or not keys:
         raise InputError(f"keys = {keys!r}: must be a list of the scene's keys, at least one")
@@ -99,10 +99,10 @@ def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
 
 
 def moved(scene: Scene, key: str, value: float) -> Scene:
-    """Return the scene with another value.
+    """Return the scene with another value of a key.
 
     Raises:
-        SceneError: no scene can have it.
+        SceneError: the value is not allowed.
     """
     return moved_together(scene, {key: value})
 
@@ -146,7 +146,7 @@ def _row(parts: Sequence[str]) -> SceneKey | None:
 
 @functools.lru_cache(maxsize=1)
 def _rows(effects: tuple[str, ...]) -> list[SceneKey]:
-    """Return all keys while these effects are known; reading them from the schema takes long."""
+    """Return all keys, cached for a set of effects because reading the schema takes long."""
     return scene_keys()
 
 
@@ -160,10 +160,11 @@ def _near(scene: Scene, key: str) -> str:
 
 
 def scale_of(real: RealKey) -> float:
-    """Return a large change of a value: the value, 1 rad, or one by the unit if it is 0."""
+    """Return a large change of a number: 1 rad for angles, else its size, or ``ZERO`` for 0."""
     if real.unit == "rad":
         return 1.0
     return abs(real.value) or ZERO.get(real.unit, 0.1)
 
 
 ZERO = {"m": 1e-4, "kg": 1e-4, "kg m^2": 1e-7, "N m s/rad": 1e-4}
+"""Large changes of numbers that are 0, by unit."""

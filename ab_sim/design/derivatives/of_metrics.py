@@ -18,11 +18,11 @@ from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 
 NOTHING = 1e-10
-"""Change of a metric that is no influence, as its share for a change of the key by ``scale_of``."""
+"""Relative change of a metric, for a change of the key by ``scale_of``, that is no influence."""
 STILL = 1e-6
-"""Uncertainty within which 0 is no influence, as such a share."""
+"""Uncertainty of this relative change up to which a derivative of 0 means no influence."""
 UNCERTAIN = 0.01
-"""Percent per percent: a larger uncertainty leaves no derivative that is smaller than itself."""
+"""Uncertainty of this relative change above which a derivative below its uncertainty is NaN."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,7 +87,7 @@ class MetricSensitivities(Presented):
         return self.metric_units[metric] if below == "1" else f"{self.metric_units[metric]}/{below}"
 
     def report(self) -> dict[str, object]:
-        """Return JSON-able values, in SI units except for the metrics' own."""
+        """Return JSON-able values in SI units, metrics in the units of reports."""
         return {
             "scene": self.scene.name,
             "metrics": {
@@ -148,7 +148,7 @@ def metric_sensitivities(
     metrics : sequence of str
         Names of metrics that are numbers: `ab-sim metrics` lists them.
     progress : callable, optional
-        Called with (runs done, runs) of each batch of runs.
+        Called with the numbers of finished and of all runs, for each batch of runs.
 
     Returns
     -------
@@ -203,7 +203,7 @@ def metric_sensitivities(
             Drive(scene).advance(steps_of(scene))  # raises, if the run diverges
             raise InputError(
                 f"metric {name!r}: has no value in this run, and no derivative "
-                f"(`ab-sim metrics {name}` says when)"
+                f"(`ab-sim metrics {name}` explains when)"
             )
     derivatives, uncertainties = (
         derivatives[..., 0] for derivatives in differentiated(scene, real, here, results)
@@ -225,7 +225,7 @@ def metric_sensitivities(
 def _is_uncertain(
     keys: Sequence[RealKey], values: np.ndarray, derivatives: np.ndarray, uncertainties: np.ndarray
 ) -> np.ndarray:
-    """Return which derivatives, shape (metrics, keys), their uncertainty makes meaningless."""
+    """Return a mask of derivatives without meaning due to uncertainty, shape (metrics, keys)."""
     moves = uncertainties * [scale_of(key) for key in keys]
     large = moves > UNCERTAIN * np.abs(values[:, None])
     uncertain: np.ndarray = ~(uncertainties < np.abs(derivatives)) & large

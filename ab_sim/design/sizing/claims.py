@@ -25,7 +25,7 @@ CLOSE = 0.02
 BESIDE = 0.05
 """Relative distance from the circulation border at which both sides are tested."""
 FAR = 10.0
-"""Drag, as a multiple of the window's highest, at which too few drives are to be in time."""
+"""Drag, as a multiple of the window's highest, at which too few drives must balance in time."""
 SAME_SPEED = 0.03
 NEARER = 4
 """Number of times a window's end is moved half-way to the chosen drag."""
@@ -58,7 +58,7 @@ class DragRuns(NamedTuple):
 
 
 def share_claim(text: str, runs: SpreadRuns, wanted: float, at_least: bool = True) -> SizingClaim:
-    """Judge by its interval the claim that a share is at least, or below, the required one."""
+    """Test the claim that a share is at least, or below, the required one, by its interval."""
     share = runs.share
     above, below = share.low >= wanted, share.high < wanted
     if above or below:
@@ -84,9 +84,9 @@ def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingCl
     moved = light * balls.path_radius * np.exp(1j * last).sum(axis=1)
     seen = float(np.sqrt(np.mean(np.abs(1.0 + moved / specification.largest_unbalance) ** 2)))
     return SizingClaim(
-        f"balls with {TOO_LIGHT:g} of the unbalance are too light, and leave",
-        f"{residual:.3f} of it",
-        f"{seen:.3f} of it",
+        f"balls with {TOO_LIGHT:g} of the moment needed are too light and leave",
+        f"{residual:.3f} of the unbalance",
+        f"{seen:.3f} of the unbalance",
         HOLDS if abs(seen - residual) <= CLOSE else CONTRADICTED,
     )
 
@@ -103,7 +103,7 @@ def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> 
         prediction = "stays" if stays else "comes to rest"
         seen = bunch_stays(scene, specification.speed, sized.border * (1.0 - 1e-6))
         if seen is None:
-            verdict, outcome = UNDECIDED, "not known: it swings too far"
+            verdict, outcome = UNDECIDED, "unknown: its swings are too large"
         else:
             verdict = HOLDS if seen == stays else CONTRADICTED
             outcome = "stays" if seen else "comes to rest"
@@ -156,7 +156,8 @@ def window_runs(
     If runs contradict an end, another end nearer to the chosen drag is sought.
 
     Args:
-        sized, specification, running: see ``run_share``.
+        sized: balls with a drag window.
+        specification, running: see ``run_share``.
         predict: function that returns the predicted share at a drag.
     """
     balls, window = sized.balls, sized.window

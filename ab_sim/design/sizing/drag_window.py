@@ -69,7 +69,7 @@ class SizedBalls:
     drag: float | None
     """Chosen drag [N s/m]: the geometric mean of the window's limits."""
     predicted: float
-    """Predicted share of drives balanced in time at that drag; without one, the largest share."""
+    """Predicted share of drives balanced in time at ``drag``; if it is None, the largest share."""
     why_not: str | None
     """Reason why the balls are unsuitable, and the remedy; None if they are suitable."""
 
@@ -171,8 +171,8 @@ def _with_window(
         why = _no_window(float(shares.max()), predicted, specification)
     elif window.ratio < least_ratio(specification):
         why = (
-            f"the drag of built drives is off by {100 * specification.drag_tolerance:g} %, more "
-            "than the window is wide; hold the drag closer, or give more time to settle"
+            f"the tolerance of the drag, {100 * specification.drag_tolerance:g} %, exceeds the "
+            "width of the drag window; reduce the tolerance, or allow more time to settle"
         )
     return SizedBalls(balls, balls.count, factor, border, window, drag, predicted, why)
 
@@ -227,8 +227,8 @@ def _too_large(count: int, specification: DriveSpecification) -> str:
     most = balls_of(count, largest_ball(count, specification), specification)
     return (
         f"the largest {count} balls that fit, {2e3 * most.radius:.3g} mm wide, balance "
-        f"{most.in_a_row:.3g} kg m of {specification.largest_unbalance:.3g}; take a wider or "
-        "larger race, more balls or denser ones"
+        f"{most.in_a_row:.3g} of {specification.largest_unbalance:.3g} kg m; use a wider or larger "
+        "race, more balls or denser ones"
     )
 
 
@@ -236,10 +236,11 @@ def _no_window(best: float, above: float, specification: DriveSpecification) -> 
     wanted = 100 * specification.share
     if best >= specification.share:
         return (
-            f"with so little drag that {wanted:g} % are in time balls circulate; damp the "
-            "suspension more, give more time to settle, or run faster"
+            f"at the low drags at which {wanted:g} % of drives are balanced in time, balls "
+            "circulate; damp the suspension more, allow more time to settle, or run faster"
         )
     return (
-        f"at no drag {wanted:g} % are in time, at most {100 * above:.0f} %; give more time to "
-        "settle, leave more unbalance, damp the suspension more, or take more balls"
+        f"at no drag {wanted:g} % of drives are balanced in time, at most {100 * above:.0f} %; "
+        "allow more time to settle or more residual unbalance, damp the suspension more, or use "
+        "more balls"
     )

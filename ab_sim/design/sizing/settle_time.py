@@ -53,7 +53,7 @@ class BalancedPlaces(NamedTuple):
 def drive_of_balls(
     balls: FittingBalls, specification: DriveSpecification, drag: float
 ) -> BunchDrive:
-    """Return the drive with these balls as parameters.
+    """Return the closed-form parameters of a drive with these balls.
 
     Args:
         balls, specification: balls and drive.
@@ -174,9 +174,9 @@ def settle_times(
 def stuck(balls: FittingBalls, specification: DriveSpecification) -> tuple[float, float]:
     """Return the whirl [m] below which friction holds balls anywhere, and its unbalance [kg m].
 
-    The deck's whirl W pulls a ball along the race by m w^2 W at most, and rolling friction holds it
-    against (arm / a) m R w^2: so up to W = R arm / a. At the running speed the deck whirls so far
-    with an unbalance of W |k - M w^2 + i c w| / w^2.
+    The deck's whirl W pulls a ball along the race by m w^2 W at most. Rolling friction holds it up
+    to (arm / a) m R w^2, that is up to W = R arm / a. At the running speed an unbalance of
+    W |k - M w^2 + i c w| / w^2 causes this whirl.
     """
     speed, drive = specification.speed, drive_of_balls(balls, specification, 0.0)
     whirl = balls.path_radius * specification.friction_arm / balls.radius

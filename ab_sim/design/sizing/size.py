@@ -36,8 +36,8 @@ HOLD_LENGTHS = (0.1, 0.2, 0.4, 0.8)
 HOLD_SPEEDS = (1.05, 1.2, 1.4)
 """Speeds of a hold, relative to the critical speed."""
 PARTS = (1 / 16, 1 / 4, 1)
-"""Shares of the runs after which a design is given up if its whole interval is below the share
-wanted."""
+"""Fractions of the runs after which a design is abandoned if the whole interval of its share is
+below the required share."""
 PREDICTED_AT = 60
 """Number of drags of a predicted curve."""
 
@@ -141,7 +141,8 @@ def run_sizing(specification: DriveSpecification, running: Running) -> Sizing:
         running: settings of the runs.
 
     Raises:
-        InputError: the number of runs is out of range, or another process is computing the same.
+        InputError: the number of runs is out of range, or another process is computing the same
+            runs.
     """
     if not FEWEST <= running.runs <= MOST:
         raise InputError(f"runs = {running.runs}: must be from {FEWEST} to {MOST}")
@@ -221,7 +222,7 @@ def _claims_of_shares(
     )
     count = with_hold.share.runs + sum(at_drag.runs.share.runs for at_drag in at_drags.values())
     yield SizingClaim(
-        "of all these runs, with balls that circulate",
+        "of all these runs, with circulating balls",
         "0",
         f"{circulating} of {count}",
         HOLDS if circulating == 0 else CONTRADICTED,
@@ -257,16 +258,16 @@ def _scene(sized: SizedBalls, hold: Hold | None, specification: DriveSpecificati
 def _run(
     sized: SizedBalls, hold: Hold | None, specification: DriveSpecification, running: Running
 ) -> SpreadRuns:
-    """Run a design over its spread; only a part of the runs where these rule it out."""
+    """Run a design over its spread; stop after a part of the runs that rules it out."""
     scene = _scene(sized, hold, specification)
     pause = "" if hold is None else f", hold of {hold.duration:.3g} s at {hold.start_speed:.4g}"
     stage = running.at_stage(f"{sized.count} balls{pause}")
-    # Runs of a part are found again by the whole.
+    # The runs of a part are cached and reused by the next part.
     for part in PARTS:
         runs = max(FEWEST, round(part * running.runs))
         share = run_share(scene, specification, stage._replace(runs=min(runs, running.runs)))
-        # Most of a dozen holds fail, and running all of each would take minutes: a hold must reach
-        # the share itself in a part of the runs, not only with its interval.
+        # Most of the dozen holds fail, and all runs of each would take minutes. Before the last
+        # part, the share itself must be sufficient, not only the upper end of its interval.
         decisive = hold is not None and part == PARTS[-2]
         if (share.share.value if decisive else share.share.high) < specification.share:
             break
@@ -287,9 +288,9 @@ def sizing_failure(sizing: Sizing) -> str:
     holds = len(list(_holds(sizing.specification)))  # all were tried
     also = f", also with each of {holds} holds of the speed (variable-speed periods)"
     stuck = _where_balls_stick(sizing)
-    advice = "give more time to settle, or ask for a smaller share"
+    advice = "allow more time to settle, or require a smaller share"
     if stuck:
-        advice = f"{stuck}; lower the friction, leave more unbalance, or ask for a smaller share"
+        advice = f"{stuck}; lower the friction, allow more residual unbalance or a smaller share"
     return (
         f"nothing can be sized: runs contradict the prediction of {wanted:g} % ({runs})"
         f"{also if holds else ''}; {advice}"
@@ -308,6 +309,7 @@ def _where_balls_stick(sizing: Sizing) -> str:
             part = 100.0 * unbalance / specification.limit
             phrases.append(f"{sized.count} balls: {1e6 * whirl:.3g} um, {part:.0f} %")
     return (
-        "balls stick anywhere on the race once the whirl is below W = R arm / a, which may leave "
-        f"so much of the unbalance allowed, for any time to settle ({'; '.join(phrases)})"
+        "friction holds balls anywhere on the race if the whirl is below W = R arm / a; the "
+        "residual unbalance can then reach this part of the allowed one, however long drives "
+        f"settle ({'; '.join(phrases)})"
     )

@@ -51,7 +51,7 @@ class DriveSpecification(NamedTuple):
     most: int
     """Range of the number of balls, from ``fewest``."""
     share: float
-    """Share of drives that must be balanced by then, above 0, below 1."""
+    """Share of drives that must be balanced within ``settle``, above 0, below 1."""
     residual: float
     """Allowed residual unbalance, relative to the largest."""
     drag_tolerance: float
@@ -123,14 +123,14 @@ def specification_of(texts: SpecificationTexts) -> DriveSpecification:
     width = _positive("race-width", texts.race_width, "m")
     if width > radius:
         raise InputError(
-            f"race-width = {exact(width)} m: is a ball's room, must be at most race-radius = "
-            f"{exact(radius)} m"
+            f"race-width = {exact(width)} m: is the space for a ball's diameter, must be at most "
+            f"race-radius = {exact(radius)} m"
         )
     least, largest = _unbalance(texts, mass, speed)
     if largest > mass * radius:
         raise InputError(
-            f"unbalance = {exact(largest)} kg m: is more than the mass at the race's radius has, "
-            f"{exact(mass * radius)} kg m; see to its unit"
+            f"unbalance = {exact(largest)} kg m: must be at most mass times race-radius = "
+            f"{exact(mass * radius)} kg m; check its unit"
         )
     fewest, most = _counts(texts.balls)
     acceleration = speed / RUN_UP if texts.acceleration is None else texts.acceleration
@@ -224,8 +224,8 @@ def _counts(counts: str | Sequence[int]) -> tuple[int, int]:
         numbers = []
     if len(numbers) not in (1, 2) or not 2 <= numbers[0] <= numbers[-1] <= MOST_BALLS:
         raise InputError(
-            f"balls = {short(counts)}: must be FROM..TO or a number, from 2 to {MOST_BALLS}; one "
-            "ball balances one unbalance only, and no range"
+            f"balls = {short(counts)}: must be FROM..TO or a number, from 2 to {MOST_BALLS}; a "
+            "single ball balances only one unbalance, not a range"
         )
     return numbers[0], numbers[-1]
 

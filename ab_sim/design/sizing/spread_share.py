@@ -55,10 +55,10 @@ class Running(NamedTuple):
         if tell is None:
             return self
 
-        def told(what: str, done: int, total: int) -> None:
+        def tell_stage(what: str, done: int, total: int) -> None:
             tell(f"{name}: {what}", done, total)
 
-        return self._replace(tell=told)
+        return self._replace(tell=tell_stage)
 
     def executor(self) -> AbstractContextManager[Executor] | None:
         """Return the executor for one study."""
@@ -66,7 +66,7 @@ class Running(NamedTuple):
 
 
 def tolerances_of(specification: DriveSpecification, drag_too: bool = True) -> list[Tolerance]:
-    """Return the tolerances of unbalance and drag, with random start angles."""
+    """Return the tolerances of unbalance, start angles and, if ``drag_too``, drag."""
     mass = specification.mass
     low, high = specification.least_unbalance / mass, specification.largest_unbalance / mass
     written = [f"rotor.eccentricity=uniform:{low!r},{high!r}", "start.ball_angles=random"]
@@ -81,8 +81,8 @@ def run_share(
 ) -> SpreadRuns:
     """Run a design over its spread.
 
-    Unlike ``robust``, it does not require a settled whirl: only the residual unbalance at that time
-    counts.
+    Unlike ``robust``, a drive with an unsettled whirl can count as balanced: only its residual
+    unbalance at the end of the settling time counts.
 
     Args:
         scene: nominal scene.

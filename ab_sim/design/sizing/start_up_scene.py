@@ -31,10 +31,10 @@ def scene_of(
     drag: float,
     hold: Hold | None = None,
 ) -> Scene:
-    """Return a start-up with the largest unbalance that ends when the drive must be balanced.
+    """Return the scene of a start-up with the largest unbalance.
 
-    Its last tenth, over which final metrics are taken, starts ``specification.settle`` after the
-    running speed is reached.
+    The last tenth of the run, over which final metrics are taken, starts ``specification.settle``
+    after the running speed is reached.
 
     Args:
         balls, specification: balls and drive.
@@ -93,7 +93,7 @@ def with_contact(scene: Scene) -> Scene:
 
 
 def step_at(speed: float) -> float:
-    """Return a round step in which the spindle turns by at most ``TURN_OF_A_STEP`` [s]."""
+    """Return a round step [s] in which the spindle turns by at most ``TURN_OF_A_STEP``."""
     most = min(TURN_OF_A_STEP / speed, 1e-3)
     decade = 10.0 ** math.floor(math.log10(most))
     return max(

@@ -121,7 +121,7 @@ def test_power_and_forces_are_in_balance() -> None:
         ({"cb": 0.0}, "without drag nothing drives"),
         ({"rolls": True, "k3": 1e6}, "effects.hardening_suspension"),
         ({"effects": {"gravity": {"tilt": 1.5}}}, "effects.gravity"),
-        ({"effects": {"race_runout": {"offset_1": 1e-5}}}, "does not know"),
+        ({"effects": {"race_runout": {"offset_1": 1e-5}}}, "does not cover"),
     ],
 )
 def test_where_it_is_not_looked_for(changes: dict[str, Any], words: str) -> None:

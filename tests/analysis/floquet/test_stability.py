@@ -211,9 +211,9 @@ def test_what_has_no_turn_is_refused(changes: list[str], speed: float, words: st
 
 
 def test_other_refusals() -> None:
-    with pytest.raises(SceneError, match=r"effects\.motor: .* cannot be held; take it out"):
+    with pytest.raises(SceneError, match=r"effects\.motor: .* cannot be held; remove the effect"):
         solutions_of(load_scene("weak-motor"))
-    with pytest.raises(InputError, match="its spindle stands in the end"):
+    with pytest.raises(InputError, match="the spindle stands still at the end"):
         solutions_of(plane(start={"speed": 0.0}))
     with pytest.raises(InputError, match=f"must be one of {', '.join(STARTS)}; did you mean 'set"):
         solutions_of(plane(), 70.0, "setled")

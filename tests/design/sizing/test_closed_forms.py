@@ -148,8 +148,8 @@ def test_windows_that_circulation_ends_below() -> None:
 @pytest.mark.parametrize(
     ("count", "changes", "words"),
     [
-        (2, {"settle": "1 s"}, "at no drag 90 % are in time"),
-        (3, {"drag_tolerance": 0.8}, "off by 80 %, more than the window is wide"),
+        (2, {"settle": "1 s"}, "at no drag 90 % of drives are balanced in time"),
+        (3, {"drag_tolerance": 0.8}, "tolerance of the drag, 80 %, exceeds the width"),
         (5, {**HEAVY, "damping_ratio": 0.01, "settle": "5 s"}, "balls circulate"),
     ],
 )

@@ -53,7 +53,7 @@ def test_stiffness_and_damping() -> None:
         ({"unbalance": None, "grade": 0.0}, "grade = 0: must be above 0"),
         ({"unbalance": "0.3..0.1 g cm"}, "must be above 0, and rise"),
         ({"unbalance": (1e-7, 2e-7, 3e-7)}, "LEAST..LARGEST"),
-        ({"unbalance": "3 kg m"}, "see to its unit"),
+        ({"unbalance": "3 kg m"}, "check its unit"),
         ({"race_width": "20 mm"}, "must be at most race-radius"),
         ({"density": "wood"}, "or one of steel, ceramic, tungsten carbide"),
         ({"balls": "1..3"}, "one ball balances one unbalance only"),
