@@ -27,7 +27,7 @@ class Circulation(NamedTuple):
     balls: tuple[int, ...]
     """Indices of the balls."""
     speeds: tuple[float, ...]
-    """Mean absolute speed of each of them [rad/s]."""
+    """Mean absolute speed of each of these balls [rad/s]."""
     spindle_speed: float
     """Mean spindle speed over the same time [rad/s]."""
 
@@ -40,7 +40,7 @@ class Circulation(NamedTuple):
         }
 
     def text(self, balls: int, unit: ShownUnit = RAD_PER_S) -> str:
-        """Return a text for a run with ``balls`` balls, its speeds in this unit."""
+        """Return the result as text, for a run with ``balls`` balls and with speeds in ``unit``."""
         low, high = (f"{pick(self.speeds) * unit.factor:.4g}" for pick in (min, max))
         speeds = low if low == high else f"{low} to {high}"
         return (

@@ -1,4 +1,4 @@
-"""Results of the runs with which a run is compared."""
+"""Results of runs for comparison: without balls, or without the variable-speed period."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from ab_sim.analysis.metrics.metric import Metric, reported_metrics
 
 
 class Compared(NamedTuple):
-    """Run for comparison."""
+    """Results of one run for comparison."""
 
     metrics: Metrics
     time: np.ndarray
@@ -52,7 +52,7 @@ class Comparison(NamedTuple):
         return metrics.of(metric) / alone.metrics.of(metric)
 
     def report(self, metrics: Metrics, eccentricity: float) -> dict[str, object]:
-        """Return JSON-able values, to be added to those of the run with ``metrics``."""
+        """Return JSON-able values to add to the report of the run with ``metrics``."""
         runs: dict[str, Any] = {
             "without_variable_speed_period": self.without_period,
             "without_balls": self.without_balls,

@@ -161,7 +161,7 @@ def _processor() -> str:
 
 
 def off_axis(scene: Scene) -> tuple[Scene, float]:
-    """Return the scene without a ball at exactly 0, and the shift of all balls for that [rad]."""
+    """Return the scene with all balls shifted if one starts at exactly 0, and the shift [rad]."""
     starts = start_angles(scene)
     if all(starts):
         return scene, 0.0
@@ -275,7 +275,7 @@ def effect_cost(
     leave_one_out : bool, default False
         Also measure the scene's set of effects without each of them.
     progress : callable, optional
-        Called with the present work, the finished count and the total.
+        Called with the current task, the number of finished parts and the total.
 
     Returns
     -------

@@ -26,7 +26,7 @@ def as_speed(speed: float | None, scene: Scene) -> float:
     """Return a constant speed [rad/s]; None: the final speed of the scene.
 
     Raises:
-        InputError: not a number, too fast, or too slow.
+        InputError: the speed is not a number, or is outside the range of ``SPEEDS``.
     """
     if speed is None:
         return last_speed(scene)

@@ -147,7 +147,7 @@ def basin(
     workers : int, default 1
         Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
     progress : callable, optional
-        Called with the present work, the number of finished runs and the total.
+        Called with the current task, the number of finished runs and the total.
 
     Returns
     -------

@@ -62,7 +62,7 @@ class ClusterUnusable(AbSimError):
 class Cluster:
     """Workers of a Dask scheduler, a replacement of ``Workers`` and a context manager.
 
-    It connects when there is work. The share of a lost worker is done by others. Everyone with
+    It connects when there is work. Other workers take over the share of a lost one. Everyone with
     access to the scheduler can run any code on workers and on this machine, so it must be trusted.
 
     Args:

@@ -17,7 +17,7 @@ class ShareBalanced(NamedTuple):
     """Share of runs with Wilson's interval."""
 
     balanced: int
-    """Number of runs that count."""
+    """Number of balanced runs."""
     runs: int
     low: float
     high: float

@@ -15,7 +15,7 @@ class NearMiss(NamedTuple):
 
     bound: Bound
     holds: int
-    """Number of settled runs that satisfy it."""
+    """Number of settled runs that satisfy the bound."""
     settled: int
     measure: str
     """Metric that measures the distance: the bound's own, or the one that decides a truth value."""

@@ -68,7 +68,7 @@ class DesignPoints:
         ranges: ranges, one per key.
         design: ``sobol`` or ``lhs``, Latin hypercube; scrambled.
         count: number of points; a power of 2 for ``sobol``.
-        seed: seed of its random numbers.
+        seed: seed of the design's random numbers.
     """
 
     def __init__(self, ranges: Sequence[Range], design: str, count: int, seed: int) -> None:

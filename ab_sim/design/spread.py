@@ -111,7 +111,7 @@ class Spread(Presented):
     worst: tuple[WorstRun, ...]
     """Worst runs, the worst first."""
     against: DesignDifference | None = None
-    """Comparison with another scene in the same draws, if requested."""
+    """Comparison with another scene, run with the same draws; None if not requested."""
 
     @property
     def scene(self) -> Scene:

@@ -395,7 +395,7 @@ def open_sweep(path: Path | str) -> Sweep:
     Parameters
     ----------
     path : str or Path
-        A Parquet file.
+        Parquet file of a sweep.
 
     Returns
     -------

@@ -36,7 +36,7 @@ DRAWS, SHARE = 32, 0.9
 MEASURES = {"balanced": "residual_unbalance"}
 """Number that measures the distance of a truth-valued metric from being true."""
 AS_IT_IS, NO_PERIOD = "as it is", "without its variable-speed period"
-"""Names of the scenes with which the best is compared."""
+"""Names of the scenes with which the best candidate is compared."""
 NEAR = 0.05
 """Relative change of a key for the values next to the optimum."""
 AT_A_BOUND = 0.01
@@ -117,9 +117,9 @@ class Tuning(Presented):
 
     @property
     def best(self) -> float | None:
-        """Aim's metric at the best; None if nothing was found.
+        """Value of the aim's metric for the best candidate; None if nothing was found.
 
-        For random drives it is the value that the required fraction of them reaches.
+        For random drives, the value that the required fraction of them reaches.
         """
         return None if self.candidate is None else float(self.scores.aims[self.candidate])
 
@@ -155,12 +155,12 @@ class Tuning(Presented):
 
     @property
     def is_better(self) -> bool:
-        """True if the best beats the original scene, or if only the best is within the bounds."""
+        """True if the best candidate is better than the original scene, or alone within bounds."""
         return self.best is not None and AS_IT_IS not in self.as_good
 
     @property
     def active(self) -> list[str]:
-        """Ends of ranges, and bounds, that limit the best; it may be better beyond."""
+        """Ends of ranges, and bounds, that limit the best candidate; beyond may be better ones."""
         if self.candidate is None:
             return []
         names = []

@@ -61,7 +61,7 @@ class Clock(NamedTuple):
     """Times of consecutive steps."""
 
     begin: float
-    """Local time [s]."""
+    """Local time at the begin [s]."""
     length: float
     """Length of each step [s]."""
     steps: int

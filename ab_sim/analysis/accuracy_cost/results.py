@@ -105,8 +105,8 @@ class AccuracyCost(Presented):
     duration: float
     """Time that was simulated and compared [s]."""
     period: float
-    """Period of the compared samples of peers [s], and of steppers whose steps do not end at the
-    reference's other instants."""
+    """Period of the samples at which peers are compared [s], and steppers without steps that end at
+    further samples of the reference."""
     reference_period: float
     """Period of the reference's samples [s]; steppers are compared at those where a step ends."""
     unit_length: float
@@ -135,7 +135,7 @@ class AccuracyCost(Presented):
         return sorted((row for row in self.rows if row.errors and row.cpu), key=self._order)
 
     def error_of(self, row: SettingCost) -> float:
-        """Return the error by which rows are compared: of ball angles, without balls of whirl."""
+        """Return the error for comparison: in ball angle [rad], without balls in whirl [e]."""
         assert row.errors is not None
         return (row.errors.angle if self.balls else row.errors.whirl).value
 

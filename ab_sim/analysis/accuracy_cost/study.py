@@ -80,7 +80,7 @@ def accuracy_cost(
         Relative tolerances to try for peers that choose their steps; empty: such peers are left
         out.
     progress : callable, optional
-        Called with the present work, the finished count and the total.
+        Called with the current task, the number of finished parts and the total.
 
     Returns
     -------

@@ -113,7 +113,7 @@ class CirculatingBunch:
         }
 
     def _beaten(self, s: float) -> float:
-        """Return the force per angle of a ball that swings at b [N]."""
+        """Return the force per radian of a ball that swings at b [N]."""
         drive, b = self.drive, abs(self.spindle_speed) - s
         return drive.radius * abs(complex(drive.rolling_mass * b * b, drive.drag * b))
 

@@ -24,8 +24,8 @@ from ab_sim.drive import balance
 LEVELS = 17
 """Number of levels of rho, from its minimum to its maximum."""
 STARTS = 36
-"""Random starts of the search for the extremes of rho, divided by the number of balls; at least
-two."""
+"""Number of random starts of the search for the extremes of rho, to be divided by the number of
+balls; at least two are used."""
 SCATTER = 48
 """Number of additional random positions if the balls differ."""
 SAME = 1e-12

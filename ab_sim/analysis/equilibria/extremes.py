@@ -22,7 +22,7 @@ from ab_sim.model.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, Syst
 LEVELS = 33
 """Number of levels of rho between which the extremes of the growth rate are bracketed."""
 NARROW = 1e-9
-"""Width of the range of rho below which it is a single position."""
+"""Width of the range of rho below which it counts as a single position."""
 CLOSE = 1e-8
 """Tolerance of rho, as a fraction of its range."""
 

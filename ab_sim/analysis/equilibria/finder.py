@@ -31,7 +31,7 @@ IN_LINE = 0.2
 A race off the shaft's axis shifts balls from this line; balls in balance may be anywhere.
 """
 STARTS = 40
-"""Number of random starts, times the number of balls plus one."""
+"""Number of random starts, to be multiplied by the number of balls plus one."""
 CLOSE = 1e-12
 """Scaled residual at which Newton's method has converged.
 
@@ -72,7 +72,7 @@ def scales_of(system: System, speed: float) -> Scales:
 
 
 def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | None:
-    """Return the resting state near another by Newton's method; None if it does not converge.
+    """Return the resting state near a given state by Newton's method; None if it fails.
 
     On a continuum, the nearest state is returned.
     """
@@ -100,7 +100,7 @@ def scaled_jacobian(jacobian: np.ndarray, scales: Scales) -> np.ndarray:
 
 
 def found_states(system: System, speed: float) -> list[RestingState]:
-    """Return resting states at a speed [rad/s], by label; within a pattern the largest W first."""
+    """Return resting states at a speed [rad/s], sorted by label, then by falling W."""
     if speed == 0.0:
         n = len(system.balls)
         return [resting_state(system, speed, "standing", np.zeros(2), np.zeros(n), n)]

@@ -131,7 +131,7 @@ class OverSpeed:
 
     @classmethod
     def of(cls, report: dict[str, Any]) -> "OverSpeed":
-        """Return the branches that ``report`` described."""
+        """Return the branches of a ``report``."""
         intervals = [
             BranchInterval(
                 item["label"],
@@ -172,7 +172,7 @@ def _others(
 
 
 def interval_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
-    """Return an interval, with the crossings located between its speeds."""
+    """Return a branch with its states at ``speeds`` and the crossings located between them."""
     states = tuple(at(float(w)) for w in speeds)
     crossings = tuple(_crossings(label, at, speeds, states))
     return BranchInterval(

@@ -19,7 +19,7 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Spindle, Start
 
 SIZE = 0.2
-"""Size of a disturbance: [rad] for angles, fraction of the length unit and of the speed.
+"""Default size of a disturbance; its units are those of ``settles``.
 
 It is not small, because an algebraic decay is slow near its end.
 """

@@ -159,7 +159,7 @@ def solution_at(case: Case, near: CirculatingSolution, speed: float) -> Circulat
 
 
 class BeatMap:
-    """Map P_T of a scene at a constant speed.
+    """Map P_T of the state over one beat, at a constant spindle speed.
 
     Args:
         scene: planar scene.
@@ -192,7 +192,7 @@ class BeatMap:
 
         Args:
             state: state at the start.
-            period: T [s].
+            period: period T [s].
             steps: number of steps in a period.
         """
         best, missed = None, math.inf

@@ -36,7 +36,7 @@ class CirculationBorder(NamedTuple):
     speed: float
     """Bunch speed s [rad/s]."""
     fold: bool
-    """True at a fold, beyond which no solution exists; otherwise it continues, unstable."""
+    """True at a fold, where the solution ends; otherwise the solution becomes unstable."""
 
     def report(self) -> dict[str, Any]:
         """Return the border as JSON-able values."""

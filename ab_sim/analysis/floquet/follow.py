@@ -71,7 +71,7 @@ class Border(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Followed(Presented):
-    """Solution over a parameter; see ``ab_sim.follow_floquet``."""
+    """Periodic solutions over a parameter; see ``ab_sim.follow_floquet``."""
 
     _picture = "followed"
 
@@ -123,7 +123,7 @@ class Followed(Presented):
         ]
 
     def report(self) -> dict[str, object]:
-        """Return the solution as JSON-able values."""
+        """Return the solutions and borders as JSON-able values."""
         return {
             "over": self.over,
             "points": [point.report() for point in self.points],

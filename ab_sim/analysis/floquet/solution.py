@@ -59,7 +59,7 @@ class SolutionSearch(NamedTuple):
 
 
 def solution(scene: Scene, speed: float, search: SolutionSearch) -> tuple[Solution | None, bool]:
-    """Return the first solution found, and whether it was found from a start.
+    """Return the first solution found, and whether it was found from a named start.
 
     Raises:
         SceneError, InputError: see ``TurnMap``.

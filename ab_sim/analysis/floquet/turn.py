@@ -73,7 +73,7 @@ class Orbit(NamedTuple):
 
 
 class TurnMap:
-    """Map P of a scene at a constant speed.
+    """Map P of the state over one spindle revolution, at a constant speed.
 
     Args:
         scene: scene; its profile is ignored.
@@ -199,7 +199,7 @@ class TurnMap:
         return state
 
     def _normalise(self, state: np.ndarray) -> None:
-        """Normalise a quaternion in the state."""
+        """Normalise the deck's quaternion in a state, if there is one."""
         first = type(self.system.deck_model).UNIT_AT
         if first >= 0:
             normalise(state, first)

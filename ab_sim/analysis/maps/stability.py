@@ -76,7 +76,7 @@ class StabilityMap(Presented):
 
     @property
     def circulation_not_looked_for(self) -> str | None:
-        """Reason at the first point outside the closed form of circulation, or None."""
+        """Reason why some point is outside the closed form of circulation; None if none is."""
         where = np.argwhere(self.circulating == NOT_LOOKED_FOR)
         if len(where) == 0:
             return None
@@ -84,7 +84,7 @@ class StabilityMap(Presented):
 
     @property
     def balanced_positions(self) -> str | None:
-        """Positions that the labels cover: ``extremes.ALL``, or ``SAMPLED`` at some corner."""
+        """Positions that the labels cover: ``extremes.SAMPLED`` if so at a corner, else ``ALL``."""
         rows, columns = self.plane.shape
         kinds_at_corners = set()
         for row, column in ((0, 0), (0, columns - 1), (rows - 1, 0), (rows - 1, columns - 1)):

@@ -1,4 +1,4 @@
-"""Metrics of runs."""
+"""Computation of the metrics of runs."""
 
 from collections.abc import Callable, Iterable
 

@@ -27,7 +27,7 @@ class Residuals:
         self._mean = MeanSquares(len(parts))
 
     def take(self, angles: np.ndarray) -> np.ndarray:
-        """Add the ball angles of further samples; return their squares, shape (runs, samples).
+        """Add the ball angles of further samples; return squared residuals, shape (runs, samples).
 
         Args:
             angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.

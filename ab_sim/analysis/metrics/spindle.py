@@ -16,9 +16,9 @@ It refers to the larger of the first and the present command.
 
 
 def _follows_the_start(time: np.ndarray) -> bool:
-    """Return whether the sample before the first one would be the start of the run at t = 0.
+    """Return whether the samples lack only the start of the run, at t = 0, before them.
 
-    Some runs include the start in their samples and some do not; metrics are the same.
+    Some runs have the start among their samples and some do not; their metrics must be equal.
     """
     return len(time) > 1 and 0.0 < time[0] < 1.001 * (time[1] - time[0])
 

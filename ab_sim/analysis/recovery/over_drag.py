@@ -35,7 +35,7 @@ class Composite:
     index: tuple[float | None, ...]
     """Index at each drag [s]; None if the whirl does not settle."""
     best: int
-    """Position of the smallest index."""
+    """Position of the smallest entry of ``index``."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -54,7 +54,7 @@ class Recovery(NamedTuple):
     peak_time: float
     """Time of the largest whirl [s]."""
     settled_at: float | None
-    """Time t_1 [s]."""
+    """Time t_1 from which the whirl stays in the band [s]; None if it does not settle."""
     steady_whirl: float
     """Whirl of the final resting state [m].
 

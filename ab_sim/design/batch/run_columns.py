@@ -1,8 +1,8 @@
 """Runs that differ in a few numbers only, as columns that are checked and prepared together.
 
 A scene's checks of numbers and the kernel's constants are arithmetic. With arrays they give the
-same bits. This is known for some keys and scenes, see ``columns_of``, and for values far from a
-limit. All other runs are checked by their scene one by one, which reports errors.
+same bits. This holds for the keys and scenes of ``columns_of``, and for values far from a limit.
+All other runs are checked by their scene one by one, which reports errors.
 """
 
 import functools

@@ -40,7 +40,7 @@ def _is_array(column: object) -> bool:
 
 
 class ByKey(Sequence[Mapping[str, object]]):
-    """Values by key, presented as those of each run.
+    """Values by key, as a sequence with one mapping per run.
 
     Args:
         columns: values of all runs by dotted key.

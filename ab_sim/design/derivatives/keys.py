@@ -28,7 +28,7 @@ MOTOR_INTEGRAL = "start.motor_integral"
 
 
 class RealKey(NamedTuple):
-    """Number of a scene."""
+    """Number of a scene, with its key and unit."""
 
     key: str
     value: float

@@ -56,7 +56,7 @@ class DragWindow(NamedTuple):
 
 @dataclass(frozen=True)
 class SizedBalls:
-    """Balls of one number with their properties, or the reason why they are unsuitable."""
+    """Equal balls with their number and properties, or the reason why they are unsuitable."""
 
     balls: FittingBalls | None
     """Balls; None if none fit."""
@@ -94,7 +94,7 @@ class SizedBalls:
 
 
 def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
-    """Return the lightest balls of a number with a sufficient drag window.
+    """Return the lightest ``count`` balls with a sufficient drag window.
 
     If circulation limits the window below, both limits grow with the square of the ball mass.
     Heavier balls then have no wider window, and cause more whirl at the critical speed.

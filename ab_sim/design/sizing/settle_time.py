@@ -12,9 +12,10 @@ eigenvalues, the slowest of which determines the time.
 
 The time is an estimate instead of a closed form. First the drag alone reduces the balls' slip from
 at most w to the slowest rate. Then the unbalance decays exponentially, from all balls on its own
-side to the allowed residual. ``LEAVING`` is added for balls that must first leave that side. Its
-rate is that of the better coupled motion in both directions. The slowest motion decays from the
-unbalance of one radian: with rho near 1 it is slow but causes little unbalance.
+side to the allowed residual. ``LEAVING`` is added for balls that must first leave that side. The
+rate of this decay is that of two motions which are both coupled like the better coupled one. The
+slowest motion decays from the unbalance of one radian: with rho near 1 it is slow but causes little
+unbalance.
 
 Source: own derivation, from the equations of docs/equations.md, section 1; docs/howto/size.md
 compares it with runs.

@@ -68,7 +68,7 @@ class Sizing(Presented):
 
     @property
     def found(self) -> bool:
-        """True if a balancer fits."""
+        """True if a balancer was found."""
         return self.chosen is not None
 
     def predicted(self) -> tuple[np.ndarray, np.ndarray]:
