@@ -216,7 +216,8 @@ def _alone(scene: Scene, name: str, stepper: str) -> Variant:
             except SceneError:
                 continue
     raise SceneError(
-        f"effects.{name}: is refused alone and with every combination of the scene's other effects"
+        f"effects.{name}: is refused alone and with every combination of the scene's other "
+        "effects; remove it, or add the effect that it needs"
     )
 
 

@@ -80,7 +80,7 @@ class Results:
             try:
                 write_whole(file, entry.encode())
             except OSError as error:
-                _say(f"{file.parent}: results cannot be kept there: {error.strerror}")
+                _say(f"{file.parent}: results cannot be stored there: {error.strerror}")
         return result
 
     def folder_of(self, scene: Scene, modules: Iterable[str], **numbers: Any) -> Path | None:

@@ -220,7 +220,7 @@ def _check(scene: Scene, count: int) -> None:
         if i > 1 and at_one_angle(angles[i], angles[j]):
             raise SceneError(
                 f"start.ball_angles: the equal balls {i + 1} and {j + 1} start at one angle and "
-                "would never part; let them start at different ones"
+                "would never separate; give them different start angles"
             )
 
 

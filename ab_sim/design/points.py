@@ -165,8 +165,9 @@ def _grid(variables: Sequence[Variable]) -> GridPoints:
     for variable in variables:
         if isinstance(variable, Range):
             raise InputError(
-                f"{variable.key}: from {variable.low:g} to {variable.high:g}, but how many values? "
-                f"Write {variable.key}={variable.low:g}..{variable.high:g}:COUNT, or use a design"
+                f"{variable.key}: from {variable.low:g} to {variable.high:g}: needs a number of "
+                f"values; write {variable.key}={variable.low:g}..{variable.high:g}:COUNT, or use a "
+                "design"
             )
     grid = GridPoints(
         tuple(variable for variable in variables if isinstance(variable, ListedValues))

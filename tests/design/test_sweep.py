@@ -137,7 +137,7 @@ def test_where_nothing_can_be_kept_it_works_all_the_same(
     folder.rmdir()
     folder.write_text("a file where the folder was")
     found = swept("thesis-hold", ("balls.mass=1 g,2 g",), None, *SMOOTH)
-    assert len(found.table) == 2 and "cannot be kept there" in caplog.text
+    assert len(found.table) == 2 and "cannot be stored there" in caplog.text
 
 
 def test_a_run_that_fails_says_why_and_leaves_the_others_alone() -> None:

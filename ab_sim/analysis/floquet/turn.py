@@ -105,7 +105,7 @@ class TurnMap:
             raise SceneError(
                 f"a turn at {exact(speed)} rad/s takes {self.period:.3g} s, and {what} is so fast "
                 f"that the turn needs {self.fewest} steps; at most {MOST // 2} are allowed, as a "
-                "check halves them: lower that rate, or raise the speed"
+                "check doubles them: lower that rate, or raise the speed"
             )
         self._flow = Flow(self.system, field.scheduled, field.discrete_state, stepper)
         length, _ = scene.whirl_unit
