@@ -61,7 +61,7 @@ def test_every_kind_of_sweep_has_a_picture(over: list[str], tmp_path: Path) -> N
     [
         ((), "Missing option"),
         (("--over", "balls.masss=1,2"), "did you mean 'balls.mass'"),
-        (("--over", "balls.mass=1..2"), "how many values"),
+        (("--over", "balls.mass=1..2"), "needs a number of values"),
         (("--over", "balls.mass=12 mm,2 mm"), "is a length"),
         (("--over", MASSES, "--metrics", "final"), "no such metric"),
         (("--over", MASSES, "--metrics", "final_ball_angles"), "is a list, not a number"),

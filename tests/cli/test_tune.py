@@ -63,7 +63,7 @@ def test_where_nothing_is_found_it_names_no_best(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (MASS, "either minimise or maximise"),
+        (MASS, "either to minimise or to maximise"),
         ((*MASS, "--minimise", "peak_whirl"), "no such metric"),
         ((*MASS, "--minimise", "balanced"), "maximise it"),
         (("--vary", "balls.mass=1,2", "--minimise", "peak_whirl_over_e"), "must be a range"),

@@ -219,5 +219,5 @@ def test_a_grid_becomes_an_xarray() -> None:
         place = data.sel({"balls.mass": row["balls.mass"], "start.speed": row["start.speed"]})
         assert float(place["peak_whirl_over_e"]) == row["peak_whirl_over_e"]
     assert data["balls.mass"].attrs["units"] == "kg"
-    with pytest.raises(InputError, match="no grid"):
+    with pytest.raises(InputError, match="are not a grid"):
         swept("thesis-hold", ("balls.mass=1 g..2 g",), "lhs:3", *SMOOTH).to_xarray()

@@ -188,7 +188,7 @@ def test_what_cannot_be_looked_for_is_refused(
 def test_ranges_without_any_scene_are_refused() -> None:
     with pytest.raises(SceneError, match="must be at least"):
         tuned("thesis-hold", ("balls.mass=-2..-1",), "peak_whirl_over_e")
-    with pytest.raises(InputError, match="either minimise or maximise"):
+    with pytest.raises(InputError, match="either to minimise or to maximise"):
         aim_of(None, None)
     with pytest.raises(InputError, match="runs = 3: must be from 16"):
         tuned("thesis-hold", ("balls.mass=1 g..2 g",), "peak_whirl_over_e", runs=3)

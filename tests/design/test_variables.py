@@ -114,7 +114,7 @@ def test_a_design_fills_its_ranges_evenly(design: str) -> None:
     [
         ([], None, "nothing varies"),
         ([f"{MASS}=1,2", f"{MASS}=3,4"], None, "varies twice"),
-        ([f"{MASS}=1..2"], None, "how many values"),
+        ([f"{MASS}=1..2"], None, "needs a number of values"),
         ([f"{MASS}=1,2"], "sobol:8", "a design takes ranges"),
         ([f"{MASS}=1..2"], "sobol:9", "must be a power of 2"),
         ([f"{MASS}=1..2"], "grid:9", "must be sobol:COUNT"),

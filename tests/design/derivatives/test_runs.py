@@ -147,7 +147,7 @@ def test_channels_change_as_those_of_other_runs() -> None:
         ({"times": [float("nan")]}, "must be a whole number of steps"),
         ({"times": [10**400]}, r"times: 1.00000e\+400 s: must be a whole number of steps"),
         ({"times": [-0.001]}, "must be a whole number of steps"),
-        ({"times": [0.002, 0.001]}, "must rise"),
+        ({"times": [0.002, 0.001]}, "must be at least one, and rising"),
         ({"times": []}, "must be at least one, and rising"),
         ({"times": [1e9]}, "too many to keep"),
     ],

@@ -47,8 +47,8 @@ def test_what_friction_leaves_is_stated_and_not_more_time() -> None:
     assert not found.found
     said = sizing_failure(found)
     assert "W = R arm / a" in said and "lower the friction" in said
-    assert "give more time" not in said
-    assert "(5 balls: " in said.partition("any time to settle ")[2], (
+    assert "allow more time" not in said
+    assert "(5 balls: " in said.partition("however long drives settle ")[2], (
         "of the numbers that were tried"
     )
     ((count, runs),) = found.tried

@@ -56,7 +56,7 @@ def test_stiffness_and_damping() -> None:
         ({"unbalance": "3 kg m"}, "check its unit"),
         ({"race_width": "20 mm"}, "must be at most race-radius"),
         ({"density": "wood"}, "or one of steel, ceramic, tungsten carbide"),
-        ({"balls": "1..3"}, "one ball balances one unbalance only"),
+        ({"balls": "1..3"}, "a single ball balances only one unbalance"),
         ({"balls": "a"}, "must be FROM..TO"),
         ({"balls": "6..3"}, "must be FROM..TO"),
         ({"damping_ratio": 0.0}, "damping-ratio = 0: must be from 0.0001 to 1"),
