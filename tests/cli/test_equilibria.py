@@ -105,7 +105,7 @@ def test_where_nothing_rests_stably_balls_circulate() -> None:
 
 
 def test_where_they_are_not_looked_for_it_says_why() -> None:
-    done = ab_sim("equilibria", "packed-balls", "--json", "-")
+    done = ab_sim("equilibria", "packed-balls", "--set", "balls.count=2", "--json", "-")
     assert done.returncode == 0, done.stderr
     reason = json.loads(done.stdout)["circulation"]["not_looked_for"]
     assert reason.startswith("effects.ball_contact: ")

@@ -47,7 +47,7 @@ LENGTH = st.floats(-2.5e-3, 2.5e-3)
 RADII = st.lists(st.floats(2e-4, 3e-3), min_size=2, max_size=9)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(LENGTH, LENGTH, st.floats(0.0, 2.5e-3), st.floats(-6.2, 6.2), RADII)
 def test_a_packed_row_has_no_gaps_and_no_overlap(
     offset_1: float, offset_2: float, lobe: float, lobe_angle: float, radii: list[float]

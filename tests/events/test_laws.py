@@ -66,7 +66,7 @@ def test_accelerations_are_the_references(name: str) -> None:
 @pytest.mark.parametrize("name", FRICTION)
 def test_functions_of_friction_are_what_the_reference_has_left(name: str) -> None:
     random, leaning = np.random.default_rng(4), 0
-    for _ in range(150):
+    for _ in range(60):
         here, mode, want = solved(random, COMPANIES[name])
         value, rate, discrete = here.run.work.value, here.run.work.rate, here.discrete
         q, rates = here.coordinates()

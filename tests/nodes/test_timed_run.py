@@ -100,23 +100,24 @@ def test_it_goes_on_when_the_drive_is_where_it_was(tmp_path: Path, later: int) -
     assert again.said[-1] == "done"
 
 
-def test_a_drive_that_is_reset_instead_is_no_drive_that_was_put_back(tmp_path: Path) -> None:
+def restored(tmp_path: Path) -> Bench:
+    """Return a run that was restored to a snapshot of 0.2 s ago, and waits for the drive."""
     bench = Bench()
     assert bench.start() == ""
     bench.to(1000)
     kept = snapshot_of(bench, tmp_path / "kept.json")
     bench.to(1200)
     bench.timed.restore(bench.now * MS, kept, planned(SLOW), 1.0)
+    return bench
+
+
+def test_a_drive_that_is_reset_instead_is_no_drive_that_was_put_back(tmp_path: Path) -> None:
+    bench = restored(tmp_path)
     assert bench.leap(0) == 0.0 and bench.timed.run.state.value == "aborted"
 
 
 def test_who_aborts_does_not_wait_for_the_drive(tmp_path: Path) -> None:
-    bench = Bench()
-    assert bench.start() == ""
-    bench.to(1000)
-    kept = snapshot_of(bench, tmp_path / "kept.json")
-    bench.to(1200)
-    bench.timed.restore(bench.now * MS, kept, planned(SLOW), 1.0)
+    bench = restored(tmp_path)
     assert bench.to(1300) == [] and bench.timed.waits
     assert bench.timed.abort(bench.now * MS, "by hand") == "" and not bench.timed.waits
     told = bench.to(2400)

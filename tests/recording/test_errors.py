@@ -179,36 +179,37 @@ def test_unreadable_files(tmp_path: Path) -> None:
             read_recording(path)
 
 
-@pytest.mark.parametrize("text", ["no code", "```json\n{\n```", "```json\n[1]\n```"])
-def test_a_description_that_is_no_mapping_is_told(text: str, tmp_path: Path) -> None:
-    stream = rr.RecordingStream("ab_sim", recording_id="odd")
-    stream.set_sinks(rr.FileSink(tmp_path / "odd.rrd"))
-    rr.log("/description", rr.TextDocument(text), static=True, recording=stream)
+@contextmanager
+def rerun_file(path: Path, application: str) -> Iterator[rr.RecordingStream]:
+    """Open a file that Rerun writes; what is logged is in it afterwards."""
+    stream = rr.RecordingStream(application, recording_id=path.stem)
+    stream.set_sinks(rr.FileSink(path))
+    yield stream
     stream.flush(timeout_sec=5)
     stream.disconnect()
+
+
+@pytest.mark.parametrize("text", ["no code", "```json\n{\n```", "```json\n[1]\n```"])
+def test_a_description_that_is_no_mapping_is_told(text: str, tmp_path: Path) -> None:
+    with rerun_file(tmp_path / "odd.rrd", "ab_sim") as stream:
+        rr.log("/description", rr.TextDocument(text), static=True, recording=stream)
     with pytest.raises(RecordingError, match=r"odd\.rrd: its description cannot be read"):
         read_recording(tmp_path / "odd.rrd")
 
 
 def test_a_recording_of_an_earlier_ab_sim_is_said_to_be_one(tmp_path: Path) -> None:
-    stream = rr.RecordingStream("ab_sim", recording_id="old")
-    stream.set_sinks(rr.FileSink(tmp_path / "old.rrd"))
-    rr.log("/description", rr.TextDocument("```json\n{}\n```"), static=True, recording=stream)
-    stream.flush(timeout_sec=5)
-    rr.log("/channels", rr.AnyValues(names=["step", "time"]), static=True, recording=stream)
-    rr.set_time("step", sequence=1, recording=stream)
-    rr.log("/clock/time", rr.Scalars(0.001), recording=stream)
-    stream.flush(timeout_sec=5)
-    stream.disconnect()
+    with rerun_file(tmp_path / "old.rrd", "ab_sim") as stream:
+        rr.log("/description", rr.TextDocument("```json\n{}\n```"), static=True, recording=stream)
+        stream.flush(timeout_sec=5)
+        rr.log("/channels", rr.AnyValues(names=["step", "time"]), static=True, recording=stream)
+        rr.set_time("step", sequence=1, recording=stream)
+        rr.log("/clock/time", rr.Scalars(0.001), recording=stream)
     with pytest.raises(RecordingError, match=r"old\.rrd was written by an earlier version"):
         read_recording(tmp_path / "old.rrd")
 
 
 def test_somebody_elses_rerun_file(tmp_path: Path) -> None:
-    stream = rr.RecordingStream("other", recording_id="other")
-    stream.set_sinks(rr.FileSink(tmp_path / "other.rrd"))
-    rr.log("/thing", rr.TextLog("hello"), recording=stream)
-    stream.flush(timeout_sec=5)
-    stream.disconnect()
+    with rerun_file(tmp_path / "other.rrd", "other") as stream:
+        rr.log("/thing", rr.TextLog("hello"), recording=stream)
     with pytest.raises(RecordingError, match=r"other\.rrd.*not a recording of ab_sim"):
         read_recording(tmp_path / "other.rrd")

@@ -134,6 +134,20 @@ def limits(row: SceneKey) -> Limits:
     return Limits(low, high, open_low, open_high)
 
 
+def place_of(key: str) -> tuple[dict[str, Any], Any, str]:
+    """Return the thesis' scene with all that a key needs, the section of the key, and its name."""
+    raw = merge(THESIS, surroundings(key))
+    here: Any = raw
+    *sections, last = key.split(".")
+    for section in sections:
+        if isinstance(here, list):
+            here[0] = here = dict(here[0])
+        else:
+            name = "other" if section == "NAME" else section
+            here[name] = here = _copied(here.get(name))
+    return raw, here, last
+
+
 def trouble_with(row: SceneKey, value: Any) -> str:
     """What is said of the thesis' scene with that value; empty if it is taken."""
     if row.key.startswith("solver.parameters."):
@@ -147,16 +161,8 @@ def trouble_with(row: SceneKey, value: Any) -> str:
         value = [value] * int(count[1])
     elif row.range.startswith("list of:"):
         value = [value] * 2
-    raw = merge(THESIS, surroundings(row.key))
-    here: Any = raw
-    *sections, last = row.key.split(".")
-    for section in sections:
-        if isinstance(here, list):
-            here[0] = here = dict(here[0])
-        else:
-            name = "other" if section == "NAME" else section
-            here[name] = here = _copied(here.get(name))
-    here[last] = value
+    raw, section, last = place_of(row.key)
+    section[last] = value
     try:
         check_scene(raw, "test")
     except SceneError as error:
@@ -255,17 +261,10 @@ def test_what_is_required_is_missed() -> None:
     required = [row for row in KEYS if row.default == "required"]
     assert len(required) > 20
     for row in required:
-        raw = merge(THESIS, surroundings(row.key))
-        here: Any = raw
-        *sections, last = row.key.split(".")
-        for section in sections:
-            if isinstance(here, list):
-                here[0] = here = dict(here[0])
-            else:
-                here[section] = here = _copied(here[section])
+        raw, section, last = place_of(row.key)
         if row.key == "profile.segments":
-            raw["profile"] = here = {"kind": "segments"}
-        here.pop(last, None)
+            raw["profile"] = section = {"kind": "segments"}
+        section.pop(last, None)
         with pytest.raises(SceneError, match=rf"{re.escape(shown_key(row))}\b.*(missing|None)"):
             check_scene(raw, "test")
 
