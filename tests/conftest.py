@@ -65,6 +65,15 @@ THESIS: dict[str, Any] = {
 }
 """Drive of the thesis without friction, accelerating for six seconds."""
 
+MOTOR = {
+    "rotor_inertia": 2e-5,
+    "torque_limit": 1e-2,
+    "proportional_gain": 1e-3,
+    "integral_gain": 1e-2,
+    "back_emf_slope": 1e-6,
+}
+"""Motor for that drive."""
+
 ProfileMaker = Callable[..., dict[str, Any]]
 
 

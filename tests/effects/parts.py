@@ -18,7 +18,7 @@ from ab_sim.drive.observation import EnergyBalance
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.dynamics.system import DIRECTION
 from ab_sim.scene import Scene, check_scene
-from tests.conftest import THESIS, merge
+from tests.conftest import MOTOR, THESIS, merge
 from tests.overlap import assert_apart
 
 Changes = dict[str, Any]
@@ -33,22 +33,13 @@ _SMOOTH: Changes = {
 }
 _FRICTION: Changes = {"rolling_friction": {"arm": 0.0}, "race_friction": {"coefficient": 0.0}}
 _CONTACT: Changes = {"ball_contact": {"restitution_coefficient": 0.5}}
-_MOTOR: Changes = {
-    "motor": {
-        "rotor_inertia": 2e-5,
-        "torque_limit": 1e-2,
-        "proportional_gain": 1e-3,
-        "integral_gain": 1e-2,
-        "back_emf_slope": 1e-6,
-    }
-}
 COMPANIES: dict[str, Changes] = {
     "thesis": {},
     "smooth": _SMOOTH,
     "friction": {**_FRICTION, "gravity": {"tilt": 0.0}},
     "contact": _CONTACT,
-    "motor": _MOTOR,
-    "all": {**_SMOOTH, **_FRICTION, **_CONTACT, **_MOTOR},
+    "motor": {"motor": MOTOR},
+    "all": {**_SMOOTH, **_FRICTION, **_CONTACT, "motor": MOTOR},
 }
 """Sets of effects in addition to those of the thesis; most have no influence at these values.
 

@@ -17,7 +17,7 @@ from ab_sim.model.dynamics.system import DIRECTION, JOINED, ORDER, TURNS, System
 from ab_sim.model.equations.neighbours import reduced
 from ab_sim.model.spindle import Ramp
 from ab_sim.scene import Scene, check_scene
-from tests.conftest import THESIS, merge
+from tests.conftest import MOTOR, THESIS, merge
 from tests.reference.contact import Chain, chain_of
 from tests.reference.model import Model
 from tests.reference.motor import Command
@@ -46,22 +46,13 @@ RUBBING: dict[str, Any] = {
     "race_friction": {"coefficient": 0.4},
 }
 TOUCHING: dict[str, Any] = {"ball_contact": {"restitution_coefficient": 0.6}}
-DRIVEN: dict[str, Any] = {
-    "motor": {
-        "rotor_inertia": 2e-5,
-        "torque_limit": 1e-2,
-        "proportional_gain": 1e-3,
-        "integral_gain": 1e-2,
-        "back_emf_slope": 1e-6,
-    }
-}
 COMPANIES: dict[str, dict[str, Any]] = {
-    "all": {**OVAL, **UNEQUAL, **RUBBING, **TOUCHING, **DRIVEN},
+    "all": {**OVAL, **UNEQUAL, **RUBBING, **TOUCHING, "motor": MOTOR},
     "thesis": {},
     "oval": OVAL,
     "oval, friction": {**OVAL, **RUBBING},
     "round, friction, contact": {**RUBBING, **TOUCHING, "viscous_drag": None},
-    "oval, contact, motor": {**OVAL, **TOUCHING, **DRIVEN},
+    "oval, contact, motor": {**OVAL, **TOUCHING, "motor": MOTOR},
 }
 """Sets of effects in addition to those of the thesis."""
 

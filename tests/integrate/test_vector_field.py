@@ -23,7 +23,7 @@ from ab_sim.model.equations.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
 from ab_sim.model.spindle import ScheduledSegment
 from ab_sim.model.spindle.speed_laws import RaisedCosine
 from ab_sim.scene import Scene, check_scene
-from tests.conftest import THESIS, SceneMaker, merge
+from tests.conftest import MOTOR, THESIS, SceneMaker, merge
 
 SMOOTH: dict[str, Any] = {
     "suspension": None,
@@ -43,13 +43,7 @@ SWITCHED: dict[str, Any] = {
     "rolling_friction": {"arm": 2e-5},
     "race_friction": {"coefficient": 0.1},
     "ball_contact": {"restitution_coefficient": 0.5},
-    "motor": {
-        "rotor_inertia": 2e-5,
-        "torque_limit": 1e-2,
-        "proportional_gain": 1e-3,
-        "integral_gain": 1e-2,
-        "back_emf_slope": 1e-6,
-    },
+    "motor": MOTOR,
 }
 CURVE = ScheduledSegment(0.5, 1.5, 0.3, RaisedCosine(80.0, 40.0, 1.0))
 NOW = 0.9
