@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from ab_sim.base.errors import InputError
 from ab_sim.tracing.functions import total
 
 Number = Any
@@ -19,7 +20,7 @@ def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any
         *arguments: arguments of the method.
 
     Raises:
-        TypeError: a method returns another number of results than ``zero`` has.
+        InputError: a method returns another number of results than ``zero`` has.
     """
     total_ = zero
     for effect in effects:
@@ -36,7 +37,7 @@ def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any
 def _check_results(effect: Any, method: str, term: Any, zero: Any) -> None:
     result_shape, wanted = _shape(term), _shape(zero)
     if result_shape != wanted:
-        raise TypeError(
+        raise InputError(
             f"{type(effect).__name__}.{method} returns {result_shape}; must return {wanted}"
         )
 
