@@ -1,4 +1,4 @@
-"""Bounds of a number of a scene, to check many values of it at once."""
+"""Bounds of a scene's numbers, to check arrays of values at once."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -17,7 +17,7 @@ from ab_sim.scene.sections import Angle, Mass, Race, Rotor
 
 
 class Bounds(NamedTuple):
-    """Complete conditions on a finite number."""
+    """Interval of allowed numbers: ``least`` and ``most`` included, ``above`` and ``below`` not."""
 
     least: float = -math.inf
     above: float = -math.inf
@@ -44,8 +44,8 @@ def bounds_at(scene: Scene, key: str) -> Bounds | None:
     """Return the bounds of the number at a dotted key, or of each number in its list.
 
     Returns:
-        None if there is no number, or if bounds do not express all its own conditions. Conditions
-        between sections are not considered.
+        Bounds in SI units; None if the key has no number, or if the number has conditions other
+        than bounds. Conditions between sections are not considered.
     """
     section, _, rest = key.partition(".")
     if section == "rotor" and rest in ("eccentricity", "total_mass", "mass", "eccentric_mass"):
@@ -106,13 +106,13 @@ def _metadata(annotation: Any) -> Iterator[Any]:
         yield annotation
 
 
-def _is_of_any_number(constraint: Any) -> bool:
-    """Return whether a constraint is one on all numbers of scenes: no bool, and finite."""
+def _is_of_any_number(candidate: Any) -> bool:
+    """Return whether a constraint applies to all numbers of scenes: finite, and no bool."""
     constraints = [*_metadata(Number)]
-    if isinstance(constraint, BeforeValidator):
-        return constraint in constraints
+    if isinstance(candidate, BeforeValidator):
+        return candidate in constraints
     return any(
-        type(constraint) is type(constraint) and repr(constraint) == repr(constraint)
+        type(candidate) is type(constraint) and repr(candidate) == repr(constraint)
         for constraint in constraints
     )
 

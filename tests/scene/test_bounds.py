@@ -1,13 +1,14 @@
 """Bounds of numbers against what scenes say of the same values."""
 
 import math
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
-from pydantic import TypeAdapter, ValidationError
+from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from ab_sim.scene.bounds import Bounds, bounds_at
+from ab_sim.scene.quantities import Number
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.sections import Balls, Race, Rotor
 
@@ -74,3 +75,14 @@ def test_of_other_keys_nothing_is_said(scene: Any) -> None:
     ):
         assert bounds_at(made, key) is None, key
     assert bounds_at(made, "effects.suspension.stiffness") == Bounds(least=0.0, most=1e12)
+
+
+class Whole(NamedTuple):
+    """An effect with a condition that bounds cannot express."""
+
+    number: Annotated[Number, AfterValidator(round)] = 2.0
+
+
+def test_a_condition_other_than_bounds_is_not_passed_over(scene: Any) -> None:
+    changed = scene().model_copy(update={"effects": {"whole": Whole()}})
+    assert bounds_at(changed, "effects.whole.number") is None
