@@ -46,7 +46,7 @@ def test_words_of_a_scene_hold_no_control_characters(key: str) -> None:
     text = '["\\e[31m"]' if key == "assumed" else '"\\e[31m"'
     with pytest.raises(SceneError) as refused:
         load_scene("no-ball", [f"{key}={text}"])
-    assert "must hold no control characters; take them out" in str(refused.value)
+    assert "must contain no control characters; remove them" in str(refused.value)
     assert "\x1b" not in str(refused.value)
 
 
@@ -100,7 +100,7 @@ def test_on_a_terminal(tmp_path: Path) -> None:
         recording.block(*run(1000, 0))
     for arguments, words in (
         (("check", "key.yaml"), rb"\x1b[31mkey = 1: not known here"),
-        (("check", f"{RED}.yaml"), rb"name = '\x1b[31m': must hold no control characters"),
+        (("check", f"{RED}.yaml"), rb"name = '\x1b[31m': must contain no control characters"),
         (("check", f"--{RED}"), rb"No such option: --\x1b[31m"),
         (("report", f"{RED}.rrd", "--html", f"{RED}.html"), rb"wrote \x1b[31m.html"),
     ):

@@ -1,4 +1,4 @@
-"""A start-up whose speed a controller decides during the run, from a sensor's readings."""
+"""Adaptive start-up profile: a controller sets the speed during the run from sensor readings."""
 
 import math
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from ab_sim.scene.segments import KIND
 from ab_sim.scene.sensors import RATE_TOLERANCE, Sampled, SensorName
 
 LEAST_SAMPLES = 4
-"""Least number of samples per turn at the target speed that shows how large the whirl is."""
+"""Smallest number of samples per turn at the target speed; fewer do not show the whirl's size."""
 
 
 class RunUp(Section):
@@ -25,9 +25,9 @@ class RunUp(Section):
 class AdaptiveProfile(RunUp):
     """A start-up that finds the critical speed and dwells automatically (``ab_sim.control``).
 
-    It knows neither the drive's stiffness nor its unbalance. It estimates them from a sensor's
-    readings, the spindle's angle and its speed. Once per ``command_period`` it commands a speed,
-    which changes by no more than the acceleration.
+    The controller is not given the drive's stiffness or unbalance. It estimates them from a
+    sensor's readings, the spindle's angle and its speed. Once per ``command_period`` it commands a
+    speed. The commanded speed changes at most at the rate ``acceleration``.
     """
 
     kind: Literal["adaptive"] = KIND
@@ -53,7 +53,7 @@ class AdaptiveProfile(RunUp):
         nearby = [f"{count * step:.10g}" for count in (below, below + 1) if count]
         raise ValueError(
             f"profile.command_period = {exact(self.command_period)} s: must be a whole number of "
-            f"steps of solver.step = {step:g} s; the nearest such: {' and '.join(nearby)} s"
+            f"steps of solver.step = {step:g} s; the nearest are {' and '.join(nearby)} s"
         )
 
     def settings(self, sensing: SensorFacts, limit: float = math.inf) -> StartUpSettings:
@@ -89,11 +89,11 @@ class AdaptiveProfile(RunUp):
 
         Args:
             sensors: sensors and probes by name.
-            step: integration step [s]; None before it is chosen, when only suitable steps are
-                considered.
+            step: integration step [s]; None if a step that suits the controller is chosen later.
 
         Raises:
-            ValueError: they do not suit; the message names key, value and allowed range.
+            ValueError: the sensor is missing or samples too slowly, or the command period is not
+                a whole number of steps; the message names key, value and allowed range.
         """
         sensor = sensors.get(self.sensor)
         if sensor is None:

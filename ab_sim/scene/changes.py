@@ -16,9 +16,9 @@ REMOVED: Any = object()
 AXES = 3
 """Number of values of a mount's stiffness or damping, one per axis."""
 ZERO = {"start.ball_rates": 0.0, "race.height": 0.0, "balls.race": 0}
-"""Keys with a number in each entry that is 0 by default."""
+"""Keys that take a list or one number for all entries, with their default."""
 NAMED = ("sensors", "probes")
-"""Sections with names of the scene's own, which may be numbers."""
+"""Sections whose keys are free names, so that digits in such a key are a name and no index."""
 
 
 class Change(NamedTuple):
@@ -26,14 +26,14 @@ class Change(NamedTuple):
 
     key: str
     value: Any
-    said: str
+    origin: str
     """Name of the change in messages."""
 
 
 def all_parsed(changes: Iterable[str]) -> list[Change]:
     """Parse changes of the form ``key=value``, with the value in YAML.
 
-    An empty one removes the key.
+    An empty value removes the key.
 
     Raises:
         SceneError: a change has another form, or the changes are not a list of texts.
@@ -61,12 +61,12 @@ def _parsed(change: str) -> Change:
 def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
     """Apply changes in place to nested mappings; inner mappings are copied before they change.
 
-    An entry of a list has its number as part of the key, counted from 0: ``balls.mass.1``. Where
-    one number stands for all, the change makes a list.
+    A key refers to an entry of a list by its index, counted from 0: ``balls.mass.1``. If the scene
+    gives one number for all entries, the change replaces it with a list.
 
     Raises:
-        SceneError: there is nothing to remove, a list has no such entry, or a key leads into a
-            single value.
+        SceneError: a key to remove is missing, a list has no such entry, or a key refers to a part
+            of a single value.
     """
     balls = _balls(raw)
     for change in changes:
@@ -79,8 +79,8 @@ def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
             _remove(raw, change, balls)
         else:
             _set(raw, change, balls)
-    # Who changes the accuracy does not want the file's solver any more, and vice versa; who
-    # changes both is told that they exclude each other, when the scene is checked.
+    # A new accuracy replaces the file's solver, and vice versa. If both are changed, the check of
+    # the scene reports that they exclude each other.
     keys = {change.key.partition(".")[0] for change in changes if change.value is not REMOVED}
     for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
         if wanted in keys and other not in keys:
@@ -91,7 +91,7 @@ def value_at(raw: Mapping[str, Any], key: str) -> Any:
     """Return the value at a dotted key of a scene's plain values; None if there is none.
 
     Raises:
-        SceneError: a list has no such entry; names those that it has.
+        SceneError: a list has no such entry; the message names its entries.
     """
     here: Any = raw
     path = ""
@@ -106,12 +106,12 @@ def value_at(raw: Mapping[str, Any], key: str) -> Any:
 
 
 def listed(path: str, value: Any, balls: int) -> Any:
-    """Return the list that one number stands for; any other value as it is.
+    """Expand one number that stands for all entries to a list; return other values unchanged.
 
     Args:
         path: dotted key of the value.
-        value: a number or its text; None where the default is 0.
-        balls: number of balls.
+        value: value in the scene, numbers also as texts; None if it is missing.
+        balls: number of balls, the length of lists with one entry per ball.
     """
     if value is None and path in ZERO:
         value = ZERO[path]
@@ -127,7 +127,7 @@ def listed(path: str, value: Any, balls: int) -> Any:
 
 
 def _balls(raw: Mapping[str, Any]) -> int:
-    """Return the number of balls of a scene that need not be valid."""
+    """Return the number of balls of an unchecked scene; 0 if it is missing or invalid."""
     balls = raw.get("balls")
     if not isinstance(balls, Mapping):
         return getattr(balls, "count", 0)
@@ -137,13 +137,13 @@ def _balls(raw: Mapping[str, Any]) -> int:
 
 def _set(raw: dict[str, Any], change: Change, balls: int) -> None:
     here, owner, last = _owner(raw, change, balls, create=True)
-    here[_place(here, last, owner, change.said) if isinstance(here, list) else last] = change.value
+    here[_place(here, last, owner, change.origin) if isinstance(here, list) else last] = change.value
 
 
 def _remove(raw: dict[str, Any], change: Change, balls: int) -> None:
     here, owner, last = _owner(raw, change, balls, create=False)
     if isinstance(here, list):
-        del here[_place(here, last, owner, change.said)]
+        del here[_place(here, last, owner, change.origin)]
     else:
         _check_there(here, last, owner, change)
         del here[last]
@@ -152,10 +152,16 @@ def _remove(raw: dict[str, Any], change: Change, balls: int) -> None:
 def _owner(
     raw: dict[str, Any], change: Change, balls: int, *, create: bool
 ) -> tuple[Any, str, str]:
-    """Return a copy of the section or list that a change is in, its key, and the last part.
+    """Copy the section or list that contains a changed key, and its owners up to the scene.
 
     Args:
-        create: whether sections that are missing are added; else they are refused.
+        raw: the scene, changed in place.
+        change: change whose key is looked up.
+        balls: number of balls.
+        create: True to add missing sections; False to refuse them.
+
+    Returns:
+        The copied section or list, its dotted key, and the last part of the changed key.
     """
     parts = change.key.split(".")
     here: Any = raw
@@ -163,7 +169,7 @@ def _owner(
     for section, following in pairwise(parts):
         place: Any = section
         if isinstance(here, list):
-            place = _place(here, section, path, change.said)
+            place = _place(here, section, path, change.origin)
         elif not create:
             _check_there(here, section, path, change)
         path = _joined(path, section)
@@ -173,11 +179,11 @@ def _owner(
         if inner is None and create:
             if following.isdecimal() and path not in NAMED:
                 raise SceneError(
-                    f"{change.said}: the scene gives no {path}; give the whole list, {path}=[...]"
+                    f"{change.origin}: the scene gives no {path}; give the whole list, {path}=[...]"
                 )
             inner = {}
         if not isinstance(inner, dict | list | tuple):
-            raise SceneError(f"{change.said}: {path} is a value, it has no keys")
+            raise SceneError(f"{change.origin}: {path} is a value, it has no keys")
         here[place] = dict(inner) if isinstance(inner, dict) else list(inner)
         here = here[place]
     return here, path, parts[-1]
@@ -187,18 +193,18 @@ def _joined(path: str, part: str) -> str:
     return f"{path}.{part}" if path else part
 
 
-def _place(entries: Sequence[Any], part: str, path: str, place: str) -> int:
-    """Return the index of an entry in a list.
+def _place(entries: Sequence[Any], part: str, path: str, origin: str) -> int:
+    """Return the index that a part of a key stands for.
 
     Raises:
-        SceneError: there is none; names the entries.
+        SceneError: the list has no such entry; the message names its entries.
     """
     if part.isascii() and part.isdecimal() and len(part) < 10 and int(part) < len(entries):
         return int(part)
     count = len(entries)
     there = f"has {count} entries, {path}.0 to {path}.{count - 1}" if count else "has no entries"
     raise SceneError(
-        f"{place}: {path} {there}, and no {short(part)}; name one that is there, or give the whole "
+        f"{origin}: {path} {there}, and no {short(part)}; name one of them, or give the whole "
         f"list, {path}=[...]"
     )
 
@@ -208,6 +214,6 @@ def _check_there(here: Mapping[str, Any], key: str, owner: str, change: Change) 
     if key not in here:
         there = [str(other) for other in here]
         raise SceneError(
-            f"{change.said}: {owner or 'the scene'} has no {short(key)} to remove"
+            f"{change.origin}: {owner or 'the scene'} has no {short(key)} to remove"
             f"{nearest(key, there)}; it has " + (", ".join(there) or "no keys")
         )

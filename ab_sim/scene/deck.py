@@ -70,7 +70,7 @@ class WithDeck(Protocol):
 
     @property
     def race(self) -> Race:
-        """Race, or several."""
+        """One race, or several of one size."""
 
     @property
     def balls(self) -> Balls:
@@ -166,9 +166,9 @@ def _check_inertia(key: str, inertia: Inertia) -> None:
     least, middle, most = np.linalg.eigvalsh(inertia_matrix(inertia))
     if least < 0 or least + middle < most * (1 - 1e-9) or most <= 0:
         raise ValueError(
-            f"{key} = {list(inertia)} kg m^2: is of no body: the principal moments are "
-            f"{least:.4g}, {middle:.4g}, {most:.4g}, and must not be negative, nor one larger than "
-            "the two others together"
+            f"{key} = {list(inertia)} kg m^2: no rigid body has it; the principal moments are "
+            f"{least:.4g}, {middle:.4g}, {most:.4g}: none may be negative, or larger than the sum "
+            "of the two others"
         )
 
 

@@ -5,11 +5,11 @@ from importlib import import_module
 from ab_sim.base.errors import nearest
 
 REGISTRY = "ab_sim.model.dynamics.registry"
-"""Module of the deck models, imported by name as effects are: its imports lead to this package."""
+"""Module of the deck models. It is imported when it is needed, because it imports this package."""
 
 
 def deck_model_ways() -> dict[str, int]:
-    """Return the names of the deck models, each with the number of axes along which it moves."""
+    """Return the deck models by name, each with the number of axes along which its deck moves."""
     models = import_module(REGISTRY).deck_models()
     return {name: model.kind.AXES for name, model in models.items()}
 
@@ -18,11 +18,12 @@ def check_deck_model(name: str | None, in_space: bool) -> None:
     """Refuse an unknown deck model, or one that does not suit this scene.
 
     Args:
-        name: name in the scene; None: the default.
+        name: name of the model in the scene; None for the default model.
         in_space: whether the scene has a section ``deck``.
 
     Raises:
-        ValueError: the message names the known and the nearest models.
+        ValueError: the model is unknown, or made for the other kind of deck; the message names the
+            known models or the remedy.
     """
     if name is None:
         return

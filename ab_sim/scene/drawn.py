@@ -1,7 +1,7 @@
 """Stand-ins for sizes missing in a scene, for pictures only; physics does not use them."""
 
 PLATE = 1.7
-"""Half the side of a deck's plate without known mounts, in race radii."""
+"""Half the side of the square plate that stands for a deck without mounts, in race radii."""
 DISC = 1.3
 """Radius of the disc, in race radii."""
 MARK, MARK_PLACE = 0.07, 1.1

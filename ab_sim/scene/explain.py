@@ -76,7 +76,7 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind == "extra_forbidden":
         return f"{key} = {short(value)}: {_unknown(loc)}"
     if kind == "missing" and key == "balls":
-        return f"{key}: is missing; add it; with none it is balls: {{count: 0}}"
+        return f"{key}: is missing; add it; without balls, write balls: {{count: 0}}"
     if kind == "missing":
         return f"{key}: is missing; add it{_meaning(loc)}"
     if kind == "finite_number" or _not_finite(value):

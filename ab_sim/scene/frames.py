@@ -25,9 +25,9 @@ def arm_frame(number: int) -> str:
 
 
 TAKEN = rf"{HOUSING}|{DECK}|{SPINDLE}|race_\d+|ball_\d+(_arm)?"
-"""Names of frames that a drive may have, as a regular expression."""
+"""Regular expression of the names that are reserved for a drive's own frames."""
 
 
 def is_taken(name: str) -> bool:
-    """Return whether a drive may have a frame of this name, so that a sensor's cannot have it."""
+    """Return whether a name is reserved for a drive's own frames, so that no sensor may have it."""
     return re.fullmatch(TAKEN, name) is not None

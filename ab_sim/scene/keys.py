@@ -1,4 +1,4 @@
-"""The keys of a scene, one row each, read from its JSON Schema as the single source."""
+"""Table of the keys of a scene, one row per key, read from the scene's JSON Schema."""
 
 import difflib
 import math
@@ -42,7 +42,7 @@ def scene_keys(section: str = "") -> list[SceneKey]:
     rows = _below("", schema, schema["$defs"])
     wanted = section.split(".") if section else []
     chosen = [row for row in rows if key_starts_with(row.key.split("."), wanted)]
-    # The entries of a list have a row of their own only where one of them is named.
+    # An entry of a list has its own row only if `section` names an entry of that list.
     depth = len(wanted)
     chosen = [
         row for row in chosen if not row.key.endswith(f".{ENTRY}") or row.key.count(".") < depth
@@ -122,7 +122,7 @@ def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
         inner, choices = _resolved(choices[0], sections)
         keywords = {keyword: schema[keyword] for keyword in schema.keys() - {"anyOf", "oneOf"}}
         return {**inner, **keywords}, choices
-    # Of a list and a mapping by name, the mapping describes everything.
+    # If both a list and a mapping by name are allowed, the mapping describes all their keys.
     mappings = [alternative for alternative in resolved if "properties" in alternative]
     if len(mappings) == 1:
         return {**mappings[0], **schema}, []
@@ -130,7 +130,7 @@ def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
 
 
 def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[SceneKey]:
-    """Yield the rows of a section with several kinds; each key comes once."""
+    """Yield the rows of a section that has several kinds, each key once."""
     rows: dict[str, SceneKey] = {}
     of: dict[str, list[str]] = {}
     for kind in kinds:

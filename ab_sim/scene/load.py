@@ -30,9 +30,9 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
         Name of a scene that comes with the package, or path of a YAML file.
     changes : iterable of str, optional
         ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
-        ``effects.viscous_drag.coefficient=2``, SI, or with a unit: ``balls.mass=2 g``; the value is
-        read as YAML; an empty value removes the key, which must exist. A change of the ``accuracy``
-        removes the file's ``solver``, because one replaces the other, and vice versa.
+        ``effects.viscous_drag.coefficient=2``. The value is read as YAML. Numbers are in SI or have
+        a unit: ``balls.mass=2 g``. An empty value removes the key, which must exist. A change of
+        ``accuracy`` removes the file's ``solver``, because one replaces the other, and vice versa.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def as_scene(scene: SceneLike) -> Scene:
 
 
 def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scene:
-    """Return the scene with other values.
+    """Return a copy of a scene with some values changed.
 
     Args:
         scene: original scene; it does not change.
@@ -91,8 +91,8 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
             f"{origin} = {short(changes)}: must be a mapping of dotted keys to values, e.g. "
             "{'balls.mass': 0.002}"
         )
-    # Sections without changes are passed on as checked before. Conditions between sections are
-    # checked again for the whole scene.
+    # Sections without changes are already checked and are passed on as objects. Conditions between
+    # sections are checked again for the whole scene.
     touched = {key.partition(".")[0] for key in changes}
     raw = scene.with_plain(touched)
     apply(
@@ -110,7 +110,13 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
 def with_solver(
     scene: Scene, stepper: str, step: float, parameters: Mapping[str, float] | None = None
 ) -> Scene:
-    """Return the scene with this solver and without a requested accuracy.
+    """Return a copy of a scene with another solver and without a requested accuracy.
+
+    Args:
+        scene: original scene; it does not change.
+        stepper: name of the stepper.
+        step: integration step [s], rounded to 1e-12 s.
+        parameters: parameters of the stepper by name, in the units of the stepper; None for none.
 
     Raises:
         SceneError: the stepper or step is not allowed.
@@ -121,11 +127,11 @@ def with_solver(
 
 
 def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
-    """Return a scene from nested mappings, with numbers in SI or as texts with a unit.
+    """Check the content of a scene's file and return the scene.
 
     Args:
-        raw: content of a scene's file.
-        origin: name of its source in messages.
+        raw: nested mappings; numbers are in SI or texts with a unit.
+        origin: name of the source of the content, for messages.
 
     Raises:
         SceneError: see ``load_scene``.
@@ -150,7 +156,7 @@ def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
 def _checked(
     raw: Mapping[str, Any], effects: Mapping[str, Any], problems: Sequence[str], origin: str
 ) -> Scene:
-    """Return the scene with checked effects, unless there were problems with them."""
+    """Check the other sections and return the scene; report their problems and those of effects."""
     try:
         checked = Scene.model_validate({**without_units(dict(raw)), "effects": effects})
     except ValidationError as error:
@@ -162,7 +168,7 @@ def _checked(
 
 @functools.lru_cache(maxsize=8)
 def _effects_model(classes: tuple[tuple[str, type], ...]) -> type[BaseModel]:
-    """Return the model of these effects by name; a program may register more at any time."""
+    """Return the pydantic model of effects by name; a new one after each new registration."""
     fields: dict[str, Any] = {name: (effect, None) for name, effect in classes}
     return create_model("Effects", __config__=ConfigDict(extra="forbid"), **fields)
 
@@ -211,7 +217,8 @@ def read_mapping(path: Path) -> dict[str, Any]:
         SceneError: the file cannot be read, or is not a mapping.
     """
     raw = read_scene_file(path)
-    # By name, so that changes can reach them; unreadable effects are reported with other errors.
+    # Effects by name, so that keys of changes can refer to them. Unreadable effects stay as they
+    # are: the check of the scene reports them together with all other errors.
     with contextlib.suppress(ValueError, KeyError):
         raw["effects"] = _by_name(raw["effects"])
     return raw

@@ -57,7 +57,7 @@ class Scene(Section):
     deck: Deck | None = None
     """Deck in space; without it, the deck moves in the plane of the disc."""
     mounts: tuple[Mount, ...] = Field(
-        default=(), description="what holds a deck in space; any number of them"
+        default=(), description="rubber mounts that hold a deck in space; any number"
     )
     deck_model: OneLine | None = Field(
         default=None,
@@ -65,7 +65,7 @@ class Scene(Section):
         "scene has a section deck, else those of a deck in the plane of the disc",
     )
     race: Race = Race(radius=0.01)
-    """Needed with balls; else its radius is the scale of pictures."""
+    """Race; required with balls. Without balls, its radius is only the scale of pictures."""
     balls: Balls
     effects: dict[str, Any] = Field(
         description="effects that act on the motion: a list of names, each with its "
@@ -86,13 +86,13 @@ class Scene(Section):
     start: Start = Start()
     spindle: Spindle
     profile: Profile | None = Field(
-        default=None, description="how the spindle's speed goes; without, as commands say"
+        default=None, description="requested speed over time; default: live commands set the speed"
     )
     accuracy: Accuracy | None = None
     solver: Solver = Solver()
-    """Solver; unused while an accuracy is requested: ``resolve_accuracy`` finds one."""
+    """Solver. If an accuracy is requested, ``resolve_accuracy`` chooses the solver instead."""
     balanced: Balanced | None = None
-    """Criterion of the metric of that name; None: its default."""
+    """Criterion of the metric ``balanced``; None for the default criterion."""
     duration: Number = quantity("duration of a run", "s", gt=0, le=1e6)
 
     @property
@@ -110,17 +110,17 @@ class Scene(Section):
 
     @property
     def eccentric_mass(self) -> float:
-        """Return M0 [kg]: the mass that is eccentric by e."""
+        """Return M0 [kg], the mass whose centre is off the shaft axis by the eccentricity e."""
         if self.rotor.eccentric_mass is not None:
             return self.rotor.eccentric_mass
         return self.total_mass - self.balls.total_mass
 
     @property
     def couple_unbalance(self) -> complex:
-        """Return the rotor's integral of (x + i y) z dm [kg m^2].
+        """Return the rotor's couple unbalance, the integral of (x + i y) z dm [kg m^2].
 
-        x points at the unbalance, and z counts from C. The integral is 0 in the plane, where
-        heights have no meaning.
+        x points at the unbalance, and z counts from C. The result is 0 for a deck in the plane,
+        where heights have no meaning.
         """
         if self.rotor.inertia is None:
             return 0.0
@@ -170,7 +170,10 @@ class Scene(Section):
         return self.with_plain(type(self).model_fields)
 
     def with_plain(self, keys: Iterable[str]) -> dict[str, object]:
-        """Return the given values of the scene by key, with plain values for some keys."""
+        """Return the values of the scene by key; those of ``keys`` are converted to plain values.
+
+        Missing values are left out, and so is the solver if an accuracy is requested.
+        """
         values = {
             key: value
             for key in type(self).model_fields

@@ -24,12 +24,12 @@ class ProximityProbe(Sampled):
         "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2"
     )
     source: ClassVar[str] = (
-        "the standard sampled-data chain; range: as of eddy-current probes with a linear range of "
-        "2 mm; resolution: of 16 bits over the range; noise: assumed"
+        "the standard sampled-data chain; range: eddy-current probes with a linear range of 2 mm; "
+        "resolution: 16 bits over the range; noise: assumed"
     )
 
     position: tuple[Length, Length, Length] = quantity(
-        "the point of the deck that it looks at, from C on deck axes; only with a deck in space",
+        "point of the deck that it measures, from C on deck axes; only with a deck in space",
         "m",
         default=(0.0, 0.0, 0.0),
     )
@@ -56,4 +56,4 @@ class ProximityProbe(Sampled):
 
 
 Probes = dict[SensorName, Annotated[ProximityProbe, BY_DEFAULT]]
-"""Probes by free names, which no sensor has."""
+"""Probes by name; names are free, except that no sensor may have the same name."""

@@ -1,4 +1,4 @@
-"""A profile for a node that commands a drive: from a scene, or alone without a scene."""
+"""Read a speed profile, from a scene or by itself, for a node that commands a drive."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -20,7 +20,7 @@ INF = float("inf")
 
 
 class RequestedProfile(NamedTuple):
-    """A requested profile and its start."""
+    """A requested profile and the speed at which it begins."""
 
     profile: AnyProfile
     first: float
@@ -50,7 +50,7 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
         return _alone(raw, changes, str(path))
     scene = load_scene(source, changes)
     if scene.profile is None:
-        raise SceneError(f"{path}: that scene has no profile to run; add one, or take another")
+        raise SceneError(f"{path}: this scene has no profile; add one, or name another scene")
     return RequestedProfile(scene.profile, scene.start.speed, scene)
 
 

@@ -39,7 +39,7 @@ class VariableSpeedPeriod(Section):
 
 
 class StartUpProfile(RunUp):
-    """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
+    """Constant acceleration to a target speed, also with a variable-speed period (thesis 3.1).
 
     The run may begin at any speed; above the target speed, the spindle decelerates at the same
     rate. The target speed is held. A variable-speed period is omitted if the run begins above its
@@ -52,10 +52,12 @@ class StartUpProfile(RunUp):
     def period_begins(self, first: float) -> float | None:
         """Return the speed at which the variable-speed period begins [rad/s].
 
-        None if none is ahead.
-
         Args:
             first: speed at which the run begins [rad/s].
+
+        Returns:
+            None if the profile has no such period, or if the run begins above its start speed or
+            at or above the target speed.
         """
         period = self.variable_speed_period
         if period is None or first >= self.target_speed:
@@ -98,7 +100,7 @@ def planned(profile: AnyProfile | None) -> AnyProfile | None:
 
 
 def beyond(key: str, speed: float, limit: float) -> str:
-    """Return the message on a speed beyond the spindle's limit."""
+    """Return the message for a speed at ``key`` that is beyond the spindle's limit [rad/s]."""
     return (
         f"{key} = {exact(speed)} rad/s: is beyond spindle.max_speed = {exact(limit)} rad/s; lower "
         "it or raise the limit"
@@ -117,7 +119,8 @@ def check_profile(
         max_acceleration: largest acceleration of the spindle [rad/s^2]; infinite if unknown.
 
     Raises:
-        ValueError: it cannot; the message names key, value, allowed range and remedy.
+        ValueError: a speed or acceleration of the profile is beyond a limit, or the profile cannot
+            begin at this speed; the message names key, value, allowed range and remedy.
     """
     if isinstance(profile, SpeedChangeProfile):
         if abs(profile.to_speed) > max_speed:
@@ -151,7 +154,8 @@ def _check_start_up(
     else:
         return
     ends = begins + period.acceleration * period.duration
-    # From standstill, also if the run begins above it: passed parts are left out.
+    # The period may begin at any speed from standstill up, also below the run's first speed: a
+    # period that the run begins above is omitted.
     lowest = min(first, 0.0)
     if not lowest <= begins < target or not lowest <= ends <= target:
         below = f"start.speed = {exact(first)}" if first < 0 else "0"

@@ -1,4 +1,4 @@
-"""Checked numbers: finite, of a sane size, with the unit in the field."""
+"""Types of checked numbers for fields of sections: finite, within bounds, with a unit."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
@@ -28,14 +28,14 @@ Length = Annotated[Number, Field(ge=-10, le=10)]
 Count = Annotated[int, BeforeValidator(_not_a_bool)]
 
 ONE, EACH = "<one>", "<each>"
-"""Tags that pydantic adds to the key of a ``PerBall``; no keys of a scene."""
+"""Tags that pydantic adds to the key of a ``PerBall``; a scene's file does not contain them."""
 
 
 def _one_or_each(value: Any) -> str:
     return EACH if isinstance(value, list | tuple) else ONE
 
 
-# Told apart by a tag: for a plain union, pydantic reports why each member does not fit.
+# The tag decides which type applies. Without it, pydantic would report errors for both types.
 PerBall = Annotated[
     Annotated[T, Tag(ONE)] | Annotated[tuple[T, ...], Tag(EACH)], Discriminator(_one_or_each)
 ]
@@ -43,7 +43,7 @@ PerBall = Annotated[
 
 
 class InSchema:
-    """JSON Schema keywords for a validator of our own; stands next to it in ``Annotated``."""
+    """JSON Schema keywords that describe a validator; placed next to it in ``Annotated``."""
 
     def __init__(self, keywords: Mapping[str, Any]) -> None:
         self.keywords = keywords
@@ -69,9 +69,12 @@ Inertia = Annotated[
     AfterValidator(_three_or_six),
     InSchema({"minItems": 3, "maxItems": 6, "not": {"minItems": 4, "maxItems": 5}}),
 ]
-"""Moments xx, yy, zz, and xy, xz, yz if they are not 0; xy is minus the integral of x y dm."""
+"""Moments of inertia xx, yy, zz [kg m^2], and xy, xz, yz if they are not 0.
+
+xy is minus the integral of x y dm.
+"""
 
 
 def quantity(meaning: str, unit: str, **bounds: Any) -> Any:
-    """Return a pydantic field with meaning and SI unit; ``bounds`` are gt, ge, lt, le."""
+    """Return a pydantic field with meaning and SI unit; ``bounds`` are gt, ge, lt, le, default."""
     return Field(description=meaning, json_schema_extra={"unit": unit}, **bounds)

@@ -1,4 +1,4 @@
-"""The registered effects that a scene may name.
+"""Registry of the effects that a scene may name.
 
 An effect is a ``NamedTuple`` class. Its fields are its parameters (each a checked number with
 meaning and unit), its docstring states its purpose and source, and its methods are its physics (see
@@ -6,8 +6,8 @@ meaning and unit), its docstring states its purpose and source, and its methods 
 and one optional method:
 
     check_scene(self, scene) -> None
-        called with an otherwise valid scene; raises a ValueError if the effect makes no sense in
-        it, whose text names key, value, allowed values and remedy
+        called with an otherwise valid scene; raises a ValueError if the effect does not apply to
+        that scene; the message names key, value, allowed values and remedy
 """
 
 from collections.abc import Callable
@@ -21,8 +21,8 @@ from ab_sim.base.plug_ins import load_installed
 EffectClass = TypeVar("EffectClass", bound=type[Any])
 
 PROVIDER = "ab_sim.model.equations.effects"
-"""Module that registers the effects on import. It is imported on first use, because its imports
-lead to this package and take seconds that not every use needs."""
+"""Module that registers the effects on import. It is imported on first use, because it imports this
+package and takes seconds to import, which not every use needs."""
 
 _effects: dict[str, type[Any]] = {}
 

@@ -1,7 +1,7 @@
 """JSON Schema of a scene file, generated from the models and the registries.
 
-It refuses errors that one key shows by itself. Conditions between several keys (a ball's radius
-below the race's, a step beyond a stability limit) are left to ``check_scene``.
+The schema refuses errors of a single key. Conditions between several keys (a ball's radius below
+the race's, a step beyond a stability limit) are left to ``check_scene``.
 """
 
 import inspect
@@ -17,7 +17,7 @@ Schema = dict[str, Any]
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 STEPPERS = "ab_sim.engine.integrate.registry"
-"""Module of the steppers, imported by name as effects are: its imports lead to this package."""
+"""Module of the steppers. It is imported when it is needed, because it imports this package."""
 WITH_UNIT = rf"^\s*{NUMBER}\s*[A-Za-zµμ°(]"
 """Beginning of a number with its unit; ``check_scene`` checks the unit itself."""
 _BOUNDS = {
@@ -26,7 +26,8 @@ _BOUNDS = {
     "le": "maximum",
     "lt": "exclusiveMaximum",
 }
-"""Keywords that pydantic writes if a validator stands between a number and its bounds."""
+"""Keywords that pydantic writes if a validator stands between a number and its bounds, and the
+standard ones."""
 _NEEDLESS = ("title", "discriminator")
 
 
@@ -149,14 +150,14 @@ def _with_units(schema: Any) -> None:
 
 
 def parts_of(schema: Any) -> list[Schema]:
-    """Return a schema and all schemas in it; the keys of a section are not keywords."""
+    """Return a schema and all schemas nested in it."""
     if isinstance(schema, list):
         return [part for entry in schema for part in parts_of(entry)]
     if not isinstance(schema, dict):
         return []
     parts = [schema]
     for keyword, value in schema.items():
-        if keyword in ("properties", "$defs"):
+        if keyword in ("properties", "$defs"):  # a mapping of schemas by name, itself no schema
             parts += [part for entry in value.values() for part in parts_of(entry)]
         elif keyword not in ("default", "enum", "const"):
             parts += parts_of(value)

@@ -17,9 +17,9 @@ Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
 
 
 def _shown(text: str) -> str:
-    """Refuse control characters, which terminals obey and pictures cannot show."""
+    """Refuse control characters, which terminals execute and pictures cannot show."""
     if visible(text) != text:
-        raise ValueError("must hold no control characters; take them out")
+        raise ValueError("must contain no control characters; remove them")
     return text
 
 
@@ -76,7 +76,7 @@ class Rotor(Section):
 
 
 class Race(Section):
-    """The ring in which the balls run, concentric with the shaft; or several of one size."""
+    """The ring in which the balls run, concentric with the shaft; or several rings of one size."""
 
     radius: Number = quantity("R, radius of the circle of the balls' centres", "m", gt=0, le=10)
     height: PerBall[Length] = quantity(
@@ -114,7 +114,7 @@ class Balls(Section):
 
     @property
     def races(self) -> tuple[int, ...]:
-        """Return each ball's race."""
+        """Return the number of each ball's race, counted from 0."""
         return self.race if isinstance(self.race, tuple) else (self.race,) * self.count
 
     @property

@@ -1,4 +1,4 @@
-"""A profile as a list of segments: accelerations and holds, by speed, time or a condition."""
+"""Profile as a list of segments that accelerate or hold up to a speed, a time or a condition."""
 
 import math
 from collections.abc import Iterator
@@ -84,7 +84,7 @@ class Segment(Section):
     until: Until | None = None
     """Condition that ends the segment, while it holds a speed or accelerates."""
     acceleration: Number | None = quantity(
-        "acceleration; with to above 0, with duration and until negative to decelerate",
+        "acceleration; with to: its magnitude; with duration and until: negative to decelerate",
         "rad/s^2",
         ge=-1e6,
         le=1e6,
@@ -139,7 +139,7 @@ class Segment(Section):
         return speed + slope * duration
 
     def ends(self, speeds: Speeds) -> Speeds:
-        """Return the range of final speeds for a range of initial speeds."""
+        """Return the range of final speeds for a range of initial speeds [rad/s]."""
         low, high = (self.end(speed) for speed in speeds)
         if self.until is None:
             return low, high
@@ -147,7 +147,7 @@ class Segment(Section):
 
 
 class SegmentsProfile(Section):
-    """Successive accelerations and holds, up, down and through zero."""
+    """Successive accelerations and holds; the speed may rise, fall and change its sign."""
 
     kind: Literal["segments"] = KIND
     segments: tuple[Segment, ...] = Field(
@@ -157,9 +157,12 @@ class SegmentsProfile(Section):
     )
 
     def speeds(self, first: float) -> Iterator[Speeds]:
-        """Yield the range of initial speeds, and of speeds at the end of each segment.
+        """Yield the range of possible speeds [rad/s] at the start, then at the end of each segment.
 
-        Within a segment, the speed stays between its ends.
+        Within a segment, the speed stays between its values at both ends.
+
+        Args:
+            first: speed at which the profile begins [rad/s].
         """
         speeds = first, first
         yield speeds
@@ -168,12 +171,12 @@ class SegmentsProfile(Section):
             yield speeds
 
     def top_speed(self, first: float) -> float:
-        """Return the largest possible magnitude of the speed [rad/s]."""
+        """Return the largest possible magnitude of the speed, from ``first`` on [rad/s]."""
         return max(max(-low, high) for low, high in self.speeds(first))
 
     @property
     def lasting(self) -> "SegmentsProfile":
-        """Return the profile without conditions: each segment lasts as long as it may."""
+        """Return the profile without conditions; each segment has its longest duration."""
         held_segments = [
             segment
             if segment.until is None

@@ -14,12 +14,12 @@ from ab_sim.scene.section import Section
 RATE_TOLERANCE = 1e-6
 """Relative tolerance of sample rates: a rate with about six digits counts as the exact rate."""
 ALIASING = 0.1
-"""Gain at half the sample rate above which there is a warning. It leaves 20 dB for frequencies
-above, and the low-pass takes 12 dB more with each octave."""
+"""Gain of the low-pass at half the sample rate above which there is a warning. At this gain, the
+low-pass attenuates higher frequencies by at least 20 dB, and by 12 dB more per octave."""
 
 
 class Sampled(Section):
-    """Common part of all sensors: axes, low-pass, samples, noise, digits."""
+    """Common part of all sensors: axes, low-pass filter, sampling, noise and resolution."""
 
     unit: ClassVar[str]
     """Unit of a reading."""
@@ -59,22 +59,22 @@ class Sampled(Section):
     )
 
     def gain(self, frequency: float) -> float:
-        """Return the low-pass' |B| at a frequency [Hz]."""
+        """Return the gain of the low-pass filter, |B|, at a frequency [Hz]."""
         return 1.0 / math.hypot(1.0, (frequency / self.bandwidth) ** 2)
 
     def aliasing(self, step: float) -> str:
-        """Return a warning of aliasing of high frequencies; empty if it is small.
+        """Return a warning if high frequencies alias noticeably, else an empty text.
 
         Args:
-            step: integration step [s]; with a sample at each step there is nothing in between.
+            step: integration step [s]; a sensor that samples at each step does not alias.
         """
         half = 0.5 * self.sample_rate
         if steps_per_sample(self.sample_rate, step) == 1 or self.gain(half) <= ALIASING:
             return ""
         low_enough = half * (1.0 / ALIASING**2 - 1.0) ** -0.25
         return (
-            f"aliases: up to {100 * self.gain(half):.0f} % of what vibrates faster than {half:g} "
-            "Hz, half its sample_rate, comes through as something slower; for less than "
+            f"aliases: up to {100 * self.gain(half):.0f} % of the amplitude of vibration above "
+            f"{half:g} Hz, half its sample_rate, appears at lower frequencies; for less than "
             f"{100 * ALIASING:g} % lower its bandwidth below {low_enough:.4g} Hz, or sample faster"
         )
 
@@ -83,11 +83,11 @@ class Sampled(Section):
 
         Args:
             key: name of the sensor in messages.
-            step: integration step [s]; None before it is chosen, when only suitable steps are
-                considered.
+            step: integration step [s]; None if a step that suits the sensor is chosen later.
 
         Raises:
-            ValueError: the message names the parameter, its value and the allowed range.
+            ValueError: the resolution exceeds the range, the sample rate does not fit the step, or
+                the bandwidth is too high for it; the message names value and allowed range.
         """
         if self.resolution > self.range:
             raise ValueError(
@@ -122,9 +122,9 @@ class Accelerometer(Sampled):
     In the plane the deck does not turn, so the reading is the same at every point; in space it
     depends on the position.
 
-    Between integration steps the low-pass sees the force as straight lines. That reduces the
+    The low-pass interpolates the force linearly between integration steps. That reduces the
     amplitude by the fraction (pi F h)^2 / 3 at the frequency F with the step h: at F_c the gain is
-    -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and nothing is left with 1/2.
+    -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and 0 with 1/2.
     """
 
     unit: ClassVar[str] = "m/s^2"
@@ -189,7 +189,7 @@ def _name(value: Any) -> Any:
     # The name becomes part of channels' and topics' names, and the frame of messages.
     if not isinstance(value, str) or not re.fullmatch(NAME, value):
         raise ValueError(
-            "the name must be of at most 64 small letters, digits and _, and begin with a letter"
+            "the name must have at most 64 small letters, digits and _, and begin with a letter"
         )
     if is_taken(value):
         raise ValueError(
@@ -205,6 +205,6 @@ SensorName = Annotated[
     InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
 ]
 BY_DEFAULT = BeforeValidator(lambda value: {} if value is None else value)
-"""Validator that makes a name without a value a sensor with all defaults."""
+"""Validator that replaces a missing value by a sensor with all defaults."""
 Sensors = dict[SensorName, Annotated[Accelerometer, BY_DEFAULT]]
-"""Accelerometers by free names."""
+"""Accelerometers by name; names are free."""

@@ -29,8 +29,8 @@ def shown_units(text: str) -> ShownUnits:
             in SI.
 
     Raises:
-        InputError: a text is not a unit of scenes' and metrics' quantities, or two measure the
-            same.
+        InputError: a text is not a unit of a quantity of scenes or metrics, two units measure the
+            same quantity, or pint is not installed.
     """
     units_shown: ShownUnits = {}
     for written in map(str.strip, text.split(",") if text.strip() else []):

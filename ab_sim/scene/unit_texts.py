@@ -1,7 +1,7 @@
-"""Conversion of numbers with units in a scene's file to plain numbers, before the checks.
+"""Convert numbers with units in a scene's file to plain SI numbers, before the checks.
 
-It is not done in the fields' validators: a field's choice between one number and a list would come
-first, and the numbers of effects and steppers are defined elsewhere.
+The fields' validators would be too late: pydantic first chooses between one number and a list. They
+would not be enough either: the numbers of effects and steppers are defined elsewhere.
 """
 
 import functools
@@ -14,8 +14,8 @@ from ab_sim.scene.schema import STEPPERS
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 MOST_LEVELS = 10
-"""Largest nesting of keys: more than any scene has; it stops at structures that contain
-themselves."""
+"""Largest nesting of keys, more than any scene has. It ends the recursion into a structure that
+contains itself."""
 
 Key = tuple[str, ...]
 
@@ -23,8 +23,8 @@ Key = tuple[str, ...]
 def without_units(raw: Any, at: Key = ()) -> Any:
     """Return a scene with texts such as ``12 mm`` as SI numbers, and the rest unchanged.
 
-    A text is kept if its key takes no number, or one of another dimension. The check of the scene
-    then refuses it, together with all other errors.
+    A text is kept if its key takes no number, or a number of another dimension. The check of the
+    scene then refuses the text, and reports it together with all other errors.
 
     Args:
         raw: the scene or a part of it, nested mappings and lists, effects by name; not changed.
@@ -71,6 +71,6 @@ def unit_at(key: Key) -> str:
 
 @functools.lru_cache(maxsize=8)
 def _known(effects: tuple[Any, ...], steppers: tuple[str, ...]) -> tuple[tuple[Key, str], ...]:
-    """Return keys and units, cached for these registered names; a program may add some."""
+    """Return all keys with their units, cached until an effect or stepper is registered."""
     rows: list[SceneKey] = scene_keys()
     return tuple((tuple(row.key.split(".")), row.unit) for row in rows)

@@ -90,14 +90,14 @@ def has_unit(text: str) -> bool:
 
 
 def with_last_unit(texts: Sequence[str]) -> list[str]:
-    """Return the numbers of a range or list with the last one's unit: ``80..1000 rpm`` is all rpm.
+    """Append the unit of the last number to all numbers of a range or list, as in ``80..1000 rpm``.
 
     Args:
         texts: the numbers in order; if only the last one has a unit, all take it.
 
     Raises:
-        ValueError: another number has a unit and the last one has none; the message is to be put
-            after the last one.
+        ValueError: another number has a unit and the last one has none; the message continues a
+            sentence that begins with the last one.
     """
     units = [_TEXT.fullmatch(text.strip()) if has_unit(text) else None for text in texts]
     last = units[-1]
@@ -120,7 +120,7 @@ def in_si(text: str, unit: str) -> float:
 
     Raises:
         ValueError: the text has another form, an unknown unit or one of another quantity, or the
-            number is too large; the message is to be put after the value.
+            number is too large; the message continues a sentence that begins with the value.
     """
     if unit in NO_UNIT:
         raise ValueError("must be a number without unit")
@@ -151,12 +151,12 @@ def in_si(text: str, unit: str) -> float:
         except (TypeError, ValueError):  # decibels
             raise ValueError(f"cannot be computed from that unit; {_must_be(unit)}") from None
     if not math.isfinite(value):
-        raise ValueError(f"is beyond all numbers; {_must_be(unit)}")
+        raise ValueError(f"is too large for a float; {_must_be(unit)}")
     return value
 
 
 def si_unit(written: str) -> str | None:
-    """Return the SI unit of keys that measures the same as a unit; None if there is none.
+    """Return the SI unit of the quantity that a unit measures; None if scenes do not have it.
 
     Args:
         written: such as ``rpm``, ``g mm``.
@@ -217,7 +217,7 @@ def _registry() -> "pint.UnitRegistry[Any]":
 def _root(units: Any) -> Any:
     """Return the base units, in which pint includes the radian although it has no dimension.
 
-    So turns per second are not taken for Hz, nor an angle for a plain number.
+    So turns per second differ from Hz, and an angle from a plain number.
     """
     return _registry().get_root_units(units)[1]
 

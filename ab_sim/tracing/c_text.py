@@ -16,9 +16,9 @@ from ab_sim.tracing.functions import GROUP
 BALLS = "BALLS"
 """Name of the number of balls in C."""
 SUMS = f"""\
-/* The sum of the numbers of all balls, in the one order that ab_sim has: whole groups of {GROUP}
- * are added to each other, then the second half to the first until one is left; the last group, if
- * it is not whole, for itself. */
+/* Sum over the balls, in the order in which ab_sim adds: whole groups of {GROUP} are added to each
+ * other, then the second half of the group to the first until one number is left. A last group that
+ * is not whole is summed separately. */
 static double halved(double *x, int n)
 {{
     while (n > 1) {{
@@ -119,7 +119,7 @@ def c_literal(value: float) -> str:
 
 
 class _Statements:
-    """Nodes in the order in which they are computed: scalars, a loop over the balls, and so on.
+    """Order of computation: scalars, then a loop over the balls, then again scalars, and so on.
 
     The loops are numbered in *rounds*: a node's round is that of the loop in which it is computed,
     or before which it is computed if it is a scalar. A sum over the balls is one round later than
@@ -133,15 +133,15 @@ class _Statements:
         self._nodes = reachable_nodes([store.root for store in stores], known_texts)
         self._round: dict[int, int] = {}
         for x in self._nodes:
-            behind = x.op == "total" and x.args[0].each
+            after_loop = x.op == "total" and x.args[0].each
             self._round[x.number] = max(
                 (self._round[arg.number] for arg in self._args(x)), default=0
-            ) + int(behind)
+            ) + int(after_loop)
         users = [(arg.number, x) for x in self._nodes for arg in self._args(x)]
         self._uses = Counter(number for number, _ in users)
         self._uses.update(store.root.number for store in stores)
         self._user = dict(users)
-        """A user of each node, by the node's number; one of them if it has several."""
+        """One of the users of each node, by the node's number."""
         self._columns = self._kept()
         self._text: dict[int, str] = {}
         """C text of each node as an operand, by the node's number."""
@@ -222,7 +222,7 @@ class _Statements:
         return [f"const {kind} t{number} = {form};"]
 
     def _used_near(self, x: Expression) -> bool:
-        """Return whether a node's only use is in the same loop, or is outside all loops, too."""
+        """Return whether a node and its only use are in the same loop, or both outside loops."""
         user = self._user.get(x.number)
         if user is not None:
             same_round = self._round[user.number] == self._round[x.number]

@@ -23,13 +23,13 @@ def derivatives(
 
     Args:
         roots: expressions of one graph.
-        along: rate of change of each input, an expression of the same graph; inputs that are not
-            named stay constant.
+        along: rate of change of each input, an expression of the same graph; inputs that are
+            missing stay constant.
 
     Returns:
-        The roots' rates of change, in the order of the roots. The rate of ``abs`` at 0 is that of
-        its argument, the rate of ``where`` that of the branch taken; at the switch itself the
-        function has no derivative.
+        Rates of change of the roots, in the order of the roots. The rate of ``abs`` at 0 is that of
+        its argument. The rate of ``where`` is that of the branch taken, also at the switch, where
+        the function has no derivative.
 
     Raises:
         ValueError: a key of ``along`` is not an input.
@@ -37,7 +37,7 @@ def derivatives(
     roots = list(roots)
     for x in along:
         if x.op != "input":
-            raise ValueError(f"a direction changes inputs; {x} is none")
+            raise ValueError(f"along: {x} is not an input; a direction changes inputs only")
     rates: dict[int, Expression] = {}
     for x in reachable_nodes(roots):
         zero = x.graph.constant(0.0)

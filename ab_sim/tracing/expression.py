@@ -1,9 +1,8 @@
-"""Expressions: records of the operations of a formula that is called with them instead of floats.
+"""Expressions: recorded operations of a formula that is called with expressions, not floats.
 
 An expression is a node of a graph. Equal nodes of one graph are one object (hash consing), so a
 common subexpression exists once. A node may stand for one number per ball (``each``); ``total``
-sums such a node over the balls. If numbers have lanes, ``across`` sums
-them.
+sums such a node over the balls. If numbers have lanes, ``across`` sums over the lanes.
 """
 
 from collections.abc import Callable, Container, Iterable
@@ -12,14 +11,16 @@ from typing import Any, NoReturn
 
 
 class Level(IntEnum):
-    """Time at which a node's value is known: that of the argument known last."""
+    """Stage at which a node's value becomes known: the latest stage of its arguments."""
 
     CONSTANT = 0
     """Known when code is generated."""
     PARAMETER = 1
     """Known before a run: parameters of a scene."""
     TIME = 2
+    """Depends on time, not on the state."""
     STATE = 3
+    """Depends on the state."""
 
 
 class Graph:
@@ -276,15 +277,15 @@ def total(a: Expression) -> Expression:
 
 
 def across(a: Expression) -> Expression:
-    """Return a node that has the sum of another node's lanes in all its lanes."""
+    """Return the sum of a node over its lanes, as a node with the sum in every lane."""
     return a if is_constant(a, 0.0) else a.graph.node("across", a)
 
 
 def rows(a: Expression) -> Expression:
     """Return the product of a symmetric matrix with a node that has one number per ball.
 
-    Balls of a row that moves as one have a common acceleration; the matrix expresses that. It may
-    change at events. Emitted code reads it, column by column, from the input named ``ROWS``.
+    The matrix gives touching balls that move as one row a common acceleration. It may change at
+    events. Emitted code reads it, column by column, from the input named ``ROWS``.
     """
     return a if is_constant(a, 0.0) else a.graph.node("rows", a)
 

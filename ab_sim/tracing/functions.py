@@ -54,7 +54,7 @@ def total(x: Any) -> Any:
 
 
 def across(x: Any) -> Any:
-    """Return the sum over a number's lanes in each lane; their number is a power of two.
+    """Return the sum over lanes, repeated in each lane; the number of lanes is a power of two.
 
     In an array, the last axis counts lanes.
     """
@@ -64,7 +64,7 @@ def across(x: Any) -> Any:
 
 
 GROUP = 8
-"""Balls per vector of the machine."""
+"""Number of balls in a vector register."""
 
 
 def added_up(parts: Sequence[Any], add: Any) -> Any:

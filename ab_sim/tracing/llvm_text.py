@@ -68,7 +68,7 @@ class Function:
         self._wide: dict[tuple[str, int], str] = {}
 
     def new(self) -> str:
-        """Return a name for a value, a number: LLVM does not store such names, and so is faster."""
+        """Return an unused numbered name for a value, which LLVM handles faster than a word."""
         self._count += 1
         return f"%{self._count}"
 
@@ -134,7 +134,7 @@ class Function:
         return self._wide[value, width]
 
     def shuffled(self, value: str, width: int, which: Sequence[int], other: str = "poison") -> str:
-        """Return the name of a vector of elements ``which`` of two vectors, counted in sequence."""
+        """Append a shuffle, and return its name: the elements ``which`` of two vectors in a row."""
         of, order = kind(width), ", ".join(f"i32 {k}" for k in which)
         return self.put(f"shufflevector {of} {value}, {of} {other}, <{len(which)} x i32> <{order}>")
 
@@ -152,7 +152,7 @@ class Body:
     Args:
         into: function to which lines are appended.
         places: positions of inputs in memory, by name.
-        known: positions of nodes that are already in memory, by the nodes' numbers.
+        known_slots: positions of nodes that are already in memory, by the nodes' numbers.
         bound: names of values of inputs that are already loaded, by input, one per vector.
     """
 
@@ -354,10 +354,14 @@ def module_text(functions: Sequence[Function]) -> str:
 
 
 def border(roots: Sequence[Expression], level: int) -> list[Expression]:
-    """Return the nodes known at a level that later nodes use, and so can be computed once before.
+    """Return the nodes known at a level that nodes of later levels use, to compute them only once.
 
-    Constants and inputs are left out, as they are available anyway. A comparison is not a number
-    that can be stored; the nodes that it compares are returned instead.
+    Constants and inputs are left out, as they are available anyway. The result of a comparison
+    cannot be stored as a number; the nodes that it compares are returned instead.
+
+    Args:
+        roots: expressions of one graph.
+        level: last ``Level`` at which the returned nodes are known.
     """
     by_number: dict[int, Expression] = {}
     ahead = [root for root in roots if root.level <= level]

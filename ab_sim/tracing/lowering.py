@@ -37,10 +37,11 @@ def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
 
 
 def fused(roots: Iterable[Expression]) -> list[Expression]:
-    """Return the roots with each product whose only use is in a sum fused with that sum.
+    """Return the roots with products fused into sums (``fma``).
 
-    If both terms of a sum are such products, the first one is fused. Products are not fused across
-    levels: one that is known before the run stays a value that can be computed once.
+    A product is fused if its only use is in a sum. If both terms of a sum are such products, the
+    first one is fused. Products are not fused across levels, so that a product that is known before
+    the run can be computed once.
     """
     roots = list(roots)
     nodes = reachable_nodes(roots)

@@ -25,8 +25,8 @@ class Optimization(NamedTuple):
 AS_WRITTEN = Optimization((), 3)
 """Setting for code without branches or repeated computations, as ``llvm_text`` emits it."""
 COMBINED = Optimization(("instruction_combine",), 3)
-"""Setting for such code that also assembles vectors and takes them apart. All passes of LLVM's
-level 3 take six times as long to run and do not make it faster."""
+"""Setting for code without branches that also assembles vectors and takes them apart. All passes of
+LLVM's level 3 take six times as long to run and do not make the code faster."""
 CONTROL = Optimization(
     (
         *("sroa", "instruction_combine", "simplify_cfg", "always_inliner"),
@@ -84,7 +84,7 @@ class MachineCode:
 
 
 def processor_features() -> str:
-    """Return the processor features that code may use, in LLVM's notation, within the limit set."""
+    """Return the processor features that code may use, in LLVM's notation, ``LIMIT`` included."""
     features, limit = str(llvm.get_host_cpu_features().flatten()), os.environ.get(LIMIT, "")
     return f"{features},{limit}" if limit else features
 

@@ -28,7 +28,7 @@ def python_function(
     """Return a function that computes the roots from the inputs' values.
 
     Args:
-        roots: lowered expressions without the balls' axis.
+        roots: lowered expressions that stand for one number each, not for one per ball.
         names: name of the function's argument for each input's name.
 
     Returns:
@@ -73,7 +73,8 @@ def multiply_add(a: float, b: float, c: float) -> float:
         return c if math.isfinite(a) and math.isfinite(b) else a * b + c
     exact = Fraction(a) * Fraction(b) + Fraction(c)
     if exact == 0:
-        # The sign of a zero is that of the rounded sum, whose parts are exact or both zero.
+        # Fractions have no sign of zero. If both terms are zeros, floats add them with the right
+        # sign; terms that cancel give +0.
         product = math.copysign(0.0, a) * math.copysign(1.0, b)
         return product + c if a * b == 0 and c == 0 else 0.0
     try:

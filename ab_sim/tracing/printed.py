@@ -111,7 +111,7 @@ class Printer:
         self._notation, self._symbol, self._named = notation, symbol, named or {}
 
     def text(self, x: Expression) -> str:
-        """Return the text of an expression; a node with a symbol is written out, too."""
+        """Return the text of an expression, written out even if its node has a symbol."""
         return self._written(x, "i", whole=True).text
 
     def name(self, x: Expression) -> str:
@@ -135,7 +135,7 @@ class Printer:
         return PrintedText("-" + text[3:] if terms[0][0] else text[3:], Holds.SUM)
 
     def _terms(self, x: Expression, index: str) -> list[tuple[bool, PrintedText]]:
-        """Return the terms of a sum, each with whether it is subtracted; for others, one term."""
+        """Return the terms of a sum, each with True if it is subtracted; other nodes are a term."""
         if x.op in ("add", "sub", "fma"):
             if x.op == "fma":
                 first = [(False, self._product([x.args[0], x.args[1]], index)[1])]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ab_sim.tracing.llvm_text import Function, kind
 
 WIDTH = 8
-"""Lanes that are transposed together."""
+"""Largest number of lanes that are transposed together."""
 
 
 def store_lines(into: Function, columns: Sequence[str], pointers: Sequence[str]) -> None:

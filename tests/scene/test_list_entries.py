@@ -96,7 +96,7 @@ def test_an_entry_has_the_row_of_its_list() -> None:
     ("name", "change", "words"),
     [
         ("thesis-hold", "balls.mass.2=1", "balls.mass has 2 entries, balls.mass.0 to balls.mass.1"),
-        ("thesis-hold", "balls.mass.-1=1", "and no '-1'; name one that is there"),
+        ("thesis-hold", "balls.mass.-1=1", "and no '-1'; name one of them"),
         ("thesis-hold", "balls.mass.x=1", "and no 'x'"),
         ("thesis-hold", "balls.mass.0.x=1", "balls.mass.0 is a value, it has no keys"),
         ("thesis-hold", "mounts.0.stiffness=1", "the scene gives no mounts; give the whole list"),

@@ -169,7 +169,7 @@ REFUSED = [
     ("solver.parameters.tolerance=1 m", "solver.parameters.tolerance = '1 m': is a length"),
     ("solver.stepper=1 m", "solver.stepper = '1 m'"),
     ("rotor=1 m", "rotor = '1 m': must be a section"),
-    ("duration=1e400 s", "duration = '1e400 s': is beyond all numbers; must be a time [s]"),
+    ("duration=1e400 s", "duration = '1e400 s': is too large for a float; must be a time [s]"),
     ("duration=nan s", "duration = 'nan s': must be a number, in s or with a unit, e.g. 500 ms"),
     ("duration=-1 ms", "duration = -0.001: must be more than 0"),
     ("profile.kind=1 m", "profile.kind = '1 m': must be one of"),
