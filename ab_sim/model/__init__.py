@@ -1,1 +1,1 @@
-"""A checked scene as the numbers of a system, every formula once, and the spindle's speed."""
+"""Systems from checked scenes, the equations of motion, and the spindle's speed over time."""

@@ -153,5 +153,5 @@ def test_balls_touch_within_one_race() -> None:
     start = {"ball_angles": [0.0, 1.0, 2.0, 3.0], "ball_rates": None}
     odd("smooth", {"effects": touching, "balls": {**balls, "race": 0}, "start": start})
     for races in ([0, 0, 1, 1], [0, 1, 0, 0]):
-        with pytest.raises(SceneError, match="cannot be told who touches whom"):
+        with pytest.raises(SceneError, match="where contacts are not modelled"):
             odd("smooth", {"effects": touching, "balls": {**balls, "race": races}, "start": start})

@@ -1,1 +1,1 @@
-"""Numbers from scenes: constants of the bodies, layout of the state, linear parts."""
+"""Systems from scenes: constants of the bodies, layout of the state, linearised motion."""

@@ -1,4 +1,4 @@
-"""Conversion of a scene to the system that a kernel runs, its start, and its fastest decay rate."""
+"""Convert a scene to the system that a kernel runs, with its initial state and fastest rates."""
 
 import functools
 import math
@@ -39,7 +39,7 @@ def system_of(scene: Scene, energy_balance: bool = False) -> System:
 
     Args:
         scene: a checked scene.
-        energy_balance: whether motor work and losses are integrated along with the motion.
+        energy_balance: True to integrate motor work and losses along with the motion.
     """
     effects = tuple(scene.effects.values())
     deck_model = registry.of_scene(scene).make(scene, effects)
@@ -59,10 +59,12 @@ def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
 
 
 def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[float, ...]:
-    """Return the constants of a ball, columns of ``System.balls`` except the height, with no turns.
+    """Return the columns of ``System.balls`` for one ball, without the race's height.
+
+    The turns in the ball's start angle are set to 0.
 
     Args:
-        ball: its mass and radius.
+        ball: mass [kg] and radius [m] of the ball.
         radius: radius of the race [m].
         effects: the scene's effects. Their numbers and the ball's may be columns, shape (runs,).
     """
@@ -73,7 +75,7 @@ def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[flo
 
 
 def start_state(scene: Scene, system: System) -> np.ndarray:
-    """Return the state at t = 0."""
+    """Return the state at t = 0, in the order of ``layout_of``."""
     layout = layout_of(system)
     state = np.zeros(layout.size)
     state[layout.deck] = registry.of_scene(scene).start(scene, system)
@@ -87,7 +89,7 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
 
 
 def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
-    """Return the initial branches, before they are settled, and the turns in the start angles."""
+    """Return the discrete state at t = 0, before its branches are settled."""
     n = system.balls.shape[0]
     discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
     discrete_state[:n, LOADED] = 1
@@ -99,10 +101,15 @@ def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
 
 
 def state_bounds(system: System, step: float) -> np.ndarray:
-    """Return magnitudes that no sound run reaches; a state beyond them is invalid.
+    """Return the largest valid magnitude of each state; beyond it, a run has diverged.
 
-    A deck that has gone a thousand kilometres, or a ball that turns 3 rad along the race within
-    one step, which no stepper can follow. Energies grow without limit in sound runs.
+    A deck may move by a thousand kilometres. A ball or a spindle may turn by 3 rad within one step;
+    no stepper can follow more. Energies grow without limit in valid runs, so their bound is only
+    that of numbers.
+
+    Args:
+        system: the system.
+        step: integration step [s].
     """
     layout = layout_of(system)
     bounds = np.full(layout.size, 1e150)
@@ -119,8 +126,8 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
 
     Args:
         system: the system.
-        top_speed: fastest spindle speed [rad/s]; the deck's whirl is faster by that on rotating
-            axes.
+        top_speed: largest spindle speed [rad/s]; on rotating axes, the deck's whirl is faster by
+            this speed.
 
     Raises:
         SceneError: a method of an effect returns numbers that are not finite.
@@ -136,9 +143,10 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
 
 
 TOUCHING = 1e-12
-"""Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
+"""Largest gap between touching balls, as a fraction of the distance between their centres. Gaps are
+computed with an error of about 1e-14."""
 MOST_ANGLE = 1e15
-"""rad; beyond it a double has no digits left below a turn."""
+"""Largest angle [rad]; beyond it, a double cannot resolve parts of a turn."""
 DRAG = "the race's drag"
 """Key of the drag's rate in ``linear_rates``, which does not limit steppers for stiff drag."""
 LOOP = "the motor's speed loop"
@@ -160,8 +168,8 @@ def drag_rate(system: System) -> float:
     It is c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move reduces the
     effective mass of the balls, most if they are side by side, which is assumed here. The rate is
     then the largest eigenvalue of G^-1 c_b with G_ij = mu_i delta_ij - m_i m_j / M
-    (docs/equations.md, 2). For a deck in space, the turning adds to 1 / M; the direction with the
-    largest effect is taken.
+    (docs/equations.md, 2). For a deck in space, its rotation adds to 1 / M; the position of the
+    balls at which it adds most is taken.
     """
     n = system.balls.shape[0]
     if n == 0:
@@ -181,9 +189,9 @@ def drag_rate(system: System) -> float:
 def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
     """Return the rates of a motor's speed loop and of the drag [1/s], which act on each other.
 
-    A rotor that is free to turn yields to the drag as a deck does, and unbalance and deck lighten
-    it. At these rates the suspension's forces do not count. Balls are taken side by side, in the
-    directions in which that makes most.
+    The drag accelerates a rotor that is free to turn, as it does the deck. Unbalance and deck
+    reduce the rotor's effective inertia. At these rates the suspension's forces are negligible. All
+    balls are taken at one angle, at which the rates are largest.
     """
     effects, n = system.effects, len(system.balls)
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
@@ -197,7 +205,7 @@ def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
         for of_balls in (np.zeros(n), drag):
             damping = np.zeros(size)
             damping[spindle], damping[spindle + 1 :] = _motor_damping(system), of_balls
-            # Velocities and the integral of the spindle's.
+            # The state consists of the velocities and the integral of the spindle's velocity.
             matrix = np.zeros((size + 1, size + 1))
             matrix[:size, :size] = np.diag(-damping)
             matrix[spindle, size], matrix[size, spindle] = -stiffness, 1.0
@@ -207,7 +215,7 @@ def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
                 together = max(together, fastest, key=abs)
             else:
                 alone = max(alone, fastest, key=abs)
-    # Both act in the fastest motion; it is called after the one that makes most of it.
+    # Loop and drag both act in the fastest motion. It is named after the one that is faster alone.
     if abs(alone) >= abs(drag_alone):
         return {LOOP: together, DRAG: drag_alone}
     return {LOOP: alone, DRAG: together}
@@ -232,7 +240,7 @@ def _mass_matrix(system: System, along: float) -> np.ndarray:
 
 
 def linearised(system: System) -> Linearised:
-    """Return small motions of the deck about its position at rest.
+    """Return the linear equations of the deck's small motions about its position at rest.
 
     Raises:
         SceneError: there is no position at rest, or the deck model does not provide them.
@@ -241,7 +249,7 @@ def linearised(system: System) -> Linearised:
 
 
 def free_coordinates(system: System) -> tuple[str, ...]:
-    """Return coordinates along which nothing restores the deck; empty if that is not known."""
+    """Return the coordinates along which no force restores the deck; empty if they are unknown."""
     try:
         return linearised(system).free
     except SceneError:
@@ -249,10 +257,10 @@ def free_coordinates(system: System) -> tuple[str, ...]:
 
 
 def _motor_damping(system: System) -> float:
-    """Return the loss of a motor's torque per speed above the commanded one [N m s/rad]."""
+    """Return the decrease of a motor's torque per increase of its speed [N m s/rad]."""
     effects = system.effects
-    asked = over_effects(effects, "loop_torque", 0.0, 1.0, 0.0)
-    return float(asked + over_effects(effects, "back_torque", 0.0, 1.0))
+    loop = over_effects(effects, "loop_torque", 0.0, 1.0, 0.0)
+    return float(loop + over_effects(effects, "back_torque", 0.0, 1.0))
 
 
 @functools.lru_cache(maxsize=256)

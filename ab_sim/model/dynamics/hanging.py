@@ -1,11 +1,11 @@
-"""Position of a deck at rest: its weight against the forces that hold it."""
+"""Equilibrium position of a deck under its weight."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 FARTHEST = 1e6
-"""Largest sag [m]; a suspension that does not hold the weight within it does not hold it at all."""
+"""Largest sag [m]; a suspension that sags further counts as not holding the weight."""
 NO_WEIGHT = 1e-100
 """Weight below which there is no sag [N]: its square would underflow."""
 BALANCED = 1e-9
@@ -24,11 +24,11 @@ def place_at_rest(
         unbalanced: function of displacement [m] and turn [rad] that returns forces and moments
             relative to the weight.
         stored: function of the displacement that returns the energy in the springs [J].
-        weight: N, shape (ways,).
-        turns: number of angles after the displacement.
+        weight: weight of the deck [N], one component per axis, shape (axes,).
+        turns: number of components of the turn, which follow those of the displacement.
 
     Returns:
-        Displacement and turn, shape (ways + turns,); None if there is no solution.
+        Displacement [m] and turn [rad], shape (axes + turns,); None if no solution is found.
     """
     from scipy.optimize import approx_fprime, root  # takes as long as a run to import
 
@@ -36,17 +36,17 @@ def place_at_rest(
     if not size > NO_WEIGHT:
         return np.zeros(len(weight) + turns)
     down, reach = weight / size, 1e-9
-    # Start as far down as the springs have stored the work of the weight.
+    # Start at the distance over which the springs store the work of the weight.
     while stored(reach * down) < reach * size and reach < FARTHEST:
         reach *= 2.0
-    # Scaled by this distance, because the search fails in metres.
+    # The search uses this distance as the unit of length, because it fails in metres.
     scale = np.append(np.full(len(weight), reach), np.ones(turns))
 
     def in_reaches(place: np.ndarray) -> np.ndarray:
         return unbalanced(scale * place)
 
     def slopes(place: np.ndarray) -> np.ndarray:
-        # The solver's own differences vanish for a number that is 0 apart from rounding.
+        # The step of the solver's own differences vanishes for a number that is 0 up to rounding.
         return np.asarray(approx_fprime(place, in_reaches, 1e-7))
 
     start = np.append(0.5 * down, np.zeros(turns))

@@ -1,4 +1,4 @@
-"""Positions of quantities in the state; no other file knows them."""
+"""Positions of quantities in the state vector, defined only here."""
 
 import functools
 from typing import NamedTuple

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 FREE = 1e-9
-"""Stiffness relative to the largest, below which nothing holds the deck."""
+"""Stiffness, relative to the largest, up to which a direction counts as unrestrained."""
 MATTERS = 0.1
-"""Least fraction of the energy for which a coordinate is listed as moving."""
+"""Smallest share of the energy of a motion with which a coordinate is listed as moving."""
 
 
 class Linearised(NamedTuple):
@@ -34,7 +34,7 @@ class Linearised(NamedTuple):
     """Pairs of entries that are x and y components of a vector."""
 
     def matrix(self, speed: float) -> np.ndarray:
-        """Return A of z' = A z with z = (q, q'), shape (2 n, 2 n)."""
+        """Return A of z' = A z with z = (q, q'), shape (2 n, 2 n), at a spindle speed [rad/s]."""
         inverse = np.linalg.inv(self.mass)
         damping = self.damping + speed * self.gyroscopic
         zero, one = np.zeros_like(self.mass), np.eye(len(self.mass))

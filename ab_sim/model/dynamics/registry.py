@@ -39,14 +39,14 @@ class DeckFromScene(NamedTuple):
     start: Callable[[Scene, System], np.ndarray]
     """Function that returns the deck model's states at t = 0."""
     yields: Callable[[System], list[np.ndarray]]
-    """Function that returns matrices (balls, balls) with the acceleration of the race at each ball
-    per force along it at each ball [1/kg], with all balls side by side, in relevant directions.
-    They show how much the deck reduces the effective mass of the balls."""
+    """Function that returns matrices of shape (balls, balls), one for each relevant angle at which
+    all balls are placed: accelerations of the race at each ball per force on the race at each ball
+    [1/kg], both along the race. They show how much the deck reduces the balls' effective mass."""
     rates: Callable[[System, float], dict[str, complex]] = _no_rates
     """Function that returns the fastest eigenvalues [1/s] up to a spindle speed, by name; they
     limit the step."""
     linearised: Callable[[System], Linearised] = _not_known
-    """Function that returns small motions about the position at rest, for modes."""
+    """Function that returns the linear equations of small motions about the position at rest."""
 
 
 class RegisteredDeckModel(NamedTuple):
@@ -64,7 +64,7 @@ def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -
     """Register a deck model for scenes in this process.
 
     Raises:
-        ValueError: the name is taken, or the class is registered under another one.
+        ValueError: the name is taken, or the class is registered under another name.
     """
     if name in _deck_models:
         raise ValueError(f"deck model {name!r} is registered twice")

@@ -60,7 +60,7 @@ class System(NamedTuple):
         """Return kinetic and stored energy [J]; the rotor's inertia I_r counts with a motor only.
 
         Args:
-            state: its state.
+            state: state of the system.
             psi: spindle angle [rad].
             speed: spindle speed [rad/s].
         """

@@ -1,6 +1,6 @@
 """Solution of the equations of motion: docs/equations.md, 2.
 
-The deck and the spindle have K accelerations x, of which the last one is the spindle's. With the
+The deck and the spindle have K accelerations x; the last one is the spindle's. With the
 balls fixed to the race, their equations are B x = F, B symmetric. A ball's path acceleration g =
 s'' obeys
 
@@ -18,7 +18,7 @@ from ab_sim.model.equations.sums import Number, over_balls
 
 
 class Arrow(NamedTuple):
-    """The equations before they are solved."""
+    """Coefficients of the equations of motion."""
 
     block: list[list[Number]]
     """B, shape (K, K), with the balls as if fixed to the race; only the upper triangle is used."""
@@ -36,7 +36,7 @@ class Arrow(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """The accelerations."""
+    """Accelerations that satisfy the equations of motion."""
 
     x: list[Number]
     """Accelerations of deck and spindle, the spindle's last [m/s^2, rad/s^2], shape (K,)."""
@@ -57,10 +57,10 @@ def solve(
     friction: Number | None = None,
     spindle_acceleration: Number | None = None,
 ) -> Solved:
-    """Return the accelerations.
+    """Solve the equations of motion for the accelerations.
 
     Args:
-        arrow: the equations.
+        arrow: the equations of motion.
         balls: number of balls.
         mobility: see ``Mobility``.
         friction: coefficient of sliding friction of each ball, with the sign of its sliding; None
@@ -99,7 +99,7 @@ def solve(
 
 
 def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> list[Number]:
-    """Return x of matrix x = force; masses and inertias need no pivoting.
+    """Solve ``matrix x = force`` for x, without pivoting, which mass matrices do not need.
 
     Args:
         matrix: shape (n, n), n at least 2.
@@ -128,7 +128,7 @@ def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> 
 
 
 def normal_force(arrow: Arrow, x: Sequence[Number]) -> Number:
-    """Return N of each ball [N]."""
+    """Return the race's normal force on each ball [N], from the accelerations x."""
     force = arrow.load
     for normal_coupling, acceleration in zip(arrow.normal_coupling, x, strict=True):
         force = force + normal_coupling * acceleration

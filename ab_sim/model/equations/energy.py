@@ -10,7 +10,10 @@ from ab_sim.model.equations.sums import Number, over_balls, over_effects
 
 
 def motor_torque(arrow: Arrow, balls: int, solved: Solved) -> Number:
-    """Return the torque that keeps the prescribed speed [N m]: residual of its equation."""
+    """Return the motor torque that maintains the prescribed spindle speed [N m].
+
+    The torque is the residual of the spindle's equation of motion.
+    """
     row, torque = len(arrow.force) - 1, -arrow.force[-1]
     for r, x in enumerate(solved.x):
         torque = torque + arrow.block[min(r, row)][row] * x

@@ -65,25 +65,25 @@ class InSpace(NamedTuple):
     """Constants of deck, rotor and mounts, and the deck's equations."""
 
     total_mass: Number
-    """M [kg], balls included."""
+    """Total mass M [kg], balls included."""
     unbalance: Number
-    """M0 e [kg m]."""
+    """Unbalance M0 e [kg m]."""
     eccentricity: Number
-    """e [m]."""
+    """Eccentricity e [m]."""
     rotor_first_z: Number
     """M0 z_c, the rotor's first moment along the shaft [kg m]."""
     deck_first: tuple[Number, Number, Number]
     """First moment of the deck without rotor and balls, on deck axes [kg m]."""
     deck_inertia: tuple[Number, Number, Number, Number, Number, Number]
-    """Inertia of that part about C: xx, yy, zz, xy, xz, yz [kg m^2], where xy is minus the integral
-    of x y dm."""
+    """Inertia of the deck without rotor and balls about C: xx, yy, zz, xy, xz, yz [kg m^2], where
+    xy is minus the integral of x y dm."""
     rotor_second: tuple[Number, Number, Number, Number, Number, Number]
     """Second moments P of the rotor about C on its own axes, the first through the unbalance: the
     integrals of x^2, y^2, z^2, x y, x z, y z [kg m^2]."""
     mounts: Any
-    """Shape (mounts, MOUNT_WIDTH), columns as in mounts.py."""
+    """Constants of the mounts, shape (mounts, MOUNT_WIDTH), columns as in mounts.py."""
     gravity: tuple[Number, Number, Number]
-    """On the ground's axes [m/s^2]."""
+    """Acceleration of gravity on the ground's axes [m/s^2]."""
 
     def arrow(
         self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
@@ -106,7 +106,7 @@ class InSpace(NamedTuple):
         coupling = [m * ny, -(m * nx), 0.0, m * z * nx, m * z * ny, -(m * h), -(m * h)]
         normal_coupling = [-(m * nx), -(m * ny), 0.0, m * z * ny, -(m * z * nx), m * x, m * x]
         _add_point_masses(block, n, m, h * nx - x * ny, h * ny + x * nx, z)
-        # Its moment about C, along n, t and z.
+        # Moment of each ball's inertial force about C, along n, t and z.
         t_n, t_t, t_z = x * axial - z * along, z * load - h * axial, h * along - x * load
         for r, force_of_balls in enumerate(
             [
@@ -144,7 +144,10 @@ class InSpace(NamedTuple):
     def channels(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """Return displacement, velocity, acceleration, quaternion, turning and its rate."""
+        """Return the motion of C on the ground's axes, the quaternion, and turning on deck axes.
+
+        Order: displacement, velocity, acceleration; quaternion; angular velocity and acceleration.
+        """
         a, b, c, d = state[3:7]
         length = sqrt(a * a + b * b + c * c + d * d)
         changes = self.rates(effects, spindle, state, x)
@@ -183,11 +186,13 @@ class InSpace(NamedTuple):
         return row
 
     def scale(self, length: float, speed: float) -> list[float]:
-        """Return magnitudes of the states, as scales for errors."""
+        """Return magnitudes of the states, from a length [m] and a spindle speed [rad/s]."""
         return [*[length] * 3, *[1.0] * 4, *[length * speed] * 3, *[speed] * 3]
 
     def tangent(self, states: np.ndarray) -> np.ndarray:
-        """Return all directions except the one along the quaternion, shape (13, 12).
+        """Return directions of all changes of the state except of the quaternion's length.
+
+        The result has the shape (13, 12), one direction per column.
 
         A small turn by phi on deck axes adds q (0, phi) / 2 to the quaternion q.
         """
@@ -200,7 +205,7 @@ class InSpace(NamedTuple):
     def energy(
         self, effects: Any, balls: BallConstants, state: np.ndarray, psi: float, speed: float
     ) -> float:
-        """Return kinetic and stored energy [J]; gravity's is zero with C at the origin."""
+        """Return kinetic and stored energy [J]; the energy of gravity is 0 with C at the origin."""
         turn = np.array(turn_of(state[3:7].tolist())).reshape(3, 3)
         velocity, omega = turn.T @ state[7:10], np.array(state[10:13])
         shaft = np.array([0.0, 0.0, 1.0])
@@ -307,7 +312,7 @@ def _deck_and_rotor(
 def _add_point_masses(
     block: list[list[Number]], n: int, m: Number, x: Number, y: Number, z: Number
 ) -> None:
-    """Add to the block masses at (x, y, z) that turn with the spindle, without their part of M."""
+    """Add masses at (x, y, z) that turn with the spindle to the block, whose M includes them."""
     sx, sy, sz = m * x, m * y, m * z
     sum_x, sum_y, sum_z = (over_balls(n, moment) for moment in (sx, sy, sz))
     xx, yy, zz = over_balls(n, sx * x), over_balls(n, sy * y), over_balls(n, sz * z)

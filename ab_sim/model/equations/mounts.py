@@ -7,8 +7,8 @@ from ab_sim.model.equations.orientation import Turn, cross, to_deck, to_ground
 from ab_sim.model.equations.sums import Number, any_has, over_effects
 
 PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
-"""First columns of a mount: its place on deck axes [m]; stiffness [N/m] and damping [N s/m] along
-its three axes; these axes on the ground's, one after the other."""
+"""First columns of a mount's place on deck axes [m], of stiffness [N/m] and damping [N s/m] along
+its three axes, and of these axes, one after the other, on the ground's axes."""
 MOUNT_WIDTH = 18
 MOUNT_UNITS = ("m",) * 3 + ("N/m",) * 3 + ("N s/m",) * 3 + ("1",) * 9
 

@@ -1,4 +1,4 @@
-"""Balls with a radius in their order along the race: their spacing, and their start.
+"""Order of the balls along the race, their distances in contact, and their start angles.
 
 All distances are lengths along the race, of the curve of the balls' centres: the law of contact
 uses them (``events.balls.gap``), because their rates are exactly the balls' path speeds, so that no
@@ -9,8 +9,8 @@ radius R,
 
 where the chord is a_i + a_j. On an oval that chord belongs to an arc that is longer than D by about
 (a_i + a_j)^3 (1/l^2 - 1/R^2) / 24 where l is the radius of curvature: by at most 2e-4 of D for the
-thesis' balls at lobe = R/50, 2 % at R/4, the largest. Contact is detected too late by this amount
-where l < R, too early where l > R.
+thesis' balls at lobe = R/50, and by 2 % at R/4, the largest lobe. Contact is detected too late by
+this amount where l < R, too early where l > R.
 """
 
 import math
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def race_length(
     radius: float, behind: float, ahead: float, arc_behind: float, arc_ahead: float
 ) -> float:
-    """Return the length of the race between two angles [m]; plain Python, and compiled.
+    """Return the length of the race between two angles [m].
 
     Args:
         radius: R [m].
@@ -38,7 +38,7 @@ def race_length(
 
 
 def contacts_of(scene: "Scene") -> np.ndarray:
-    """Return ``System.contacts``: the row of balls, for balls that cannot pass each other."""
+    """Return ``System.contacts``, which is empty if balls may pass each other."""
     if "ball_contact" not in scene.effects:
         return np.zeros((0, 2))
     rows = [(i, scene.race.radius * _apart(scene, i, j)) for i, j, _ in _neighbours(scene)]
@@ -46,12 +46,15 @@ def contacts_of(scene: "Scene") -> np.ndarray:
 
 
 APART = math.pi * (3.0 - math.sqrt(5.0))
-"""Golden angle [rad] between default start angles: no two balls of any number start at one angle,
-and they do not balance each other either."""
+"""Golden angle [rad] between default start angles. With it, no two of any number of balls start at
+one angle, and the balls do not balance each other at the start."""
 
 
 def start_angles(scene: "Scene") -> tuple[float, ...]:
-    """Return the balls' start angles [rad]: given, else apart, or packed in a row around 0."""
+    """Return the balls' start angles [rad]: those of the scene, or the default.
+
+    By default balls are the golden angle apart; with ball_contact they form a packed row around 0.
+    """
     if scene.start.ball_angles is not None:
         return scene.start.ball_angles
     if "ball_contact" not in scene.effects:
@@ -72,7 +75,7 @@ def equal_pairs(scene: "Scene") -> list[tuple[int, int]]:
 
 
 def at_one_angle(one: float, other: float) -> bool:
-    """Return whether two angles [rad] are the same place on the race."""
+    """Return whether two angles [rad] differ by whole turns, up to rounding."""
     return abs(math.remainder(one - other, 2.0 * math.pi)) < 1e-9
 
 
@@ -87,8 +90,8 @@ def angles_at_random(scene: "Scene", shares: Sequence[float]) -> tuple[float, ..
 
     With ball_contact, the first ball may be anywhere. The others are drawn as points on the length
     that the balls leave free, and the sizes are inserted afterwards. So all arrangements of equal
-    balls have the same probability. For unequal balls all orders have, which is the same except for
-    terms of third order in the radius.
+    balls have the same probability. For unequal balls, all orders have the same probability; that
+    differs from equal probability of all arrangements by terms of third order in the radius.
 
     Args:
         scene: scene; its start angles are ignored.
@@ -173,7 +176,7 @@ def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:
     pairs = []
     for i, j in zip(order, [*order[1:], *order[:1]], strict=True):
         turn = (angles[j] - angles[i]) % (2 * math.pi)
-        # A ball at 2 pi less a rounding error is at 0.
+        # An angle that is below 2 pi by a rounding error only counts as 0.
         turn = 0.0 if 2 * math.pi - turn < 1e-9 else turn
         pairs.append((i, j, _length(scene, angles[i], angles[i] + turn)))
     return pairs
@@ -204,6 +207,6 @@ def _race_arc(scene: "Scene", angle: float) -> float:
 
 
 def _apart(scene: "Scene", i: int, j: int) -> float:
-    """Return the length along the race between the centres of balls i and j in contact [R]."""
+    """Return the distance along the race of balls i and j in contact, in radii R of the race."""
     a, b = scene.balls.radii[i], scene.balls.radii[j]
     return 2 * math.asin((a + b) / (2 * scene.race.radius))

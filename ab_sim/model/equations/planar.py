@@ -1,8 +1,8 @@
 """A deck that moves in the plane of the disc: docs/equations.md, 1.
 
-State: u1, u2, displacement on axes that turn with the rotor, axis 1 of which points at the
-unbalance, from where the deck hangs at rest (springs count from their free length); v1, v2,
-inertial velocity on the same axes.
+State: u1, u2, displacement from the position at rest, on axes that turn with the rotor; axis 1
+points at the unbalance. v1, v2, inertial velocity on the same axes. (The deformation of springs, in
+contrast, counts from their free length.)
 
 x = (A1, A2, al), A the deck's *specific force* on these axes, its acceleration less gravity. With
 J = [[0, -1], [1, 0]]
@@ -46,14 +46,14 @@ class Planar(NamedTuple):
     """Constants of deck and rotor, and the deck's equations."""
 
     total_mass: Number
-    """M [kg], balls included."""
+    """Total mass M [kg], balls included."""
     unbalance: Number
-    """M0 e [kg m]."""
+    """Unbalance M0 e [kg m]."""
     eccentricity: Number
-    """e [m]."""
+    """Eccentricity e [m]."""
     sag_x: Number
     sag_y: Number
-    """[m], where the deck hangs at rest, from the unloaded suspension, on axes fixed in space."""
+    """Position at rest from the unloaded suspension, on axes fixed in space [m]."""
 
     def arrow(
         self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
@@ -129,7 +129,7 @@ class Planar(NamedTuple):
     ) -> list[Number]:
         """Return the specific force on fixed axes [m/s^2].
 
-        It is uniform on a deck that never turns.
+        It is the same at all points, because the deck does not turn.
         """
         gravity = over_effects(effects, "gravity", (0.0, 0.0))
         return [channels[4] - gravity[0], channels[5] - gravity[1]]
@@ -139,11 +139,11 @@ class Planar(NamedTuple):
         return np.array([[*states[:2], 0.0, 0.0, 0.0, 0.0]])
 
     def scale(self, length: float, speed: float) -> list[float]:
-        """Return magnitudes of the states, as scales for errors."""
+        """Return magnitudes of the states, from a length [m] and a spindle speed [rad/s]."""
         return [length, length, length * speed, length * speed]
 
     def tangent(self, states: np.ndarray) -> np.ndarray:
-        """Return all directions, shape (4, 4)."""
+        """Return directions of all changes of the state, one per column, shape (4, 4)."""
         return np.eye(4)
 
     def energy(

@@ -38,7 +38,7 @@ class BallConstants(NamedTuple):
 
     @property
     def each(self) -> Ball:
-        """Constants as effects receive them."""
+        """Masses and radii in the form that effects take."""
         return Ball(self.mass, self.radius)
 
 
@@ -121,5 +121,5 @@ def path_acceleration(on: OnRace, rate_change: Number) -> Number:
 
 
 def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
-    """Return the length along the race [m]; only differences count."""
+    """Return the length along the race up to an angle [m]; only differences have a meaning."""
     return balls.race_radius * theta + over_effects(effects, "race_arc", 0.0, theta)

@@ -13,9 +13,9 @@ class SegmentInputs(NamedTuple):
     segment: Any
     """Segment of the profile: speed, acceleration and angle as functions of local time."""
     phase: Number
-    """Spindle angle at its beginning [rad], without whole turns."""
+    """Spindle angle at the segment's beginning [rad], without whole turns."""
     angle: Number
-    """Spindle angle at its beginning [rad], with whole turns: for samples."""
+    """Spindle angle at the segment's beginning [rad], with whole turns: for samples."""
 
 
 class MotorState(NamedTuple):
@@ -56,7 +56,10 @@ def prescribed(
 def motor_driven(
     effects: Any, place: SegmentInputs, time: Number, at: MotorState, angle_needed: bool
 ) -> tuple[SpindleMotion, Torques]:
-    """Return the motion of a motor's spindle; the equations of motion give its acceleration."""
+    """Return the motion of a spindle with a motor, and the torques from which events are located.
+
+    The acceleration is 0 here, because the equations of motion determine it.
+    """
     error = place.segment.speed(time) - at.speed
     commanded = over_effects(effects, "loop_torque", 0.0, error, at.integral)
     limit = over_effects(effects, "largest_torque", 0.0)

@@ -16,7 +16,7 @@ def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any
     Args:
         effects: effects of a scene.
         method: name of a method, see ``ab_sim.model.equations.effects``.
-        zero: the sum over none: a number, or a tuple of numbers for a vector.
+        zero: sum if no effect has the method: a number, or a tuple of numbers for a vector.
         *arguments: arguments of the method.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The spindle's speed: profiles as piecewise functions with breakpoints, and the speed servo."""
+"""The spindle's speed over time: schedules of profiles, set-points, and the speed servo."""
 
 from ab_sim.model.spindle.schedule import ScheduledSegment, SpeedSchedule, top_speed_of
 from ab_sim.model.spindle.servo import SpeedServo

@@ -1,4 +1,4 @@
-"""Interface of a profile in progress, whatever its kind; no ROS."""
+"""Interface of a profile in progress, common to all kinds of profiles; it does not need ROS."""
 
 import math
 from collections.abc import Mapping
@@ -9,8 +9,10 @@ class ProfileInputs(NamedTuple):
     """Topics that a profile needs."""
 
     vibration: bool = False
+    """True if a condition of the profile depends on the vibration."""
     sensor: str | None = None
-    """Sensor whose samples the profile needs all, each with the spindle's angle; None: none."""
+    """Name of the sensor of which the profile needs every sample, with the spindle's angle; None if
+    it needs no such sensor."""
     first_sensor: bool = True
     """True if ``sensor`` is the drive's first accelerometer, or its first probe."""
     probe: bool = False
@@ -18,7 +20,7 @@ class ProfileInputs(NamedTuple):
 
 
 class DriveEstimates(NamedTuple):
-    """Estimates of an adaptive start-up; NaN: unknown."""
+    """Estimates of an adaptive start-up; NaN while unknown."""
 
     critical_speed: float = math.nan
     critical_speed_deviation: float = math.nan
@@ -70,10 +72,10 @@ class ProfileExecution(Protocol):
         """Begin the profile now."""
 
     def command(self, now: float) -> float | None:
-        """Decide once per period; return the speed to command now [rad/s], or None."""
+        """Run one period; return the speed to command now [rad/s], or None for no command."""
 
     def state(self) -> dict[str, Any]:
         """Return the complete state as JSON-able values."""
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Continue from a state of ``state``; an invalid state may raise any error."""
+        """Continue from a result of ``state``; an invalid one may raise any error."""

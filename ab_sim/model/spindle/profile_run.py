@@ -1,4 +1,4 @@
-"""Decisions of the start-up firmware, without middleware and clock, which tests can run alone."""
+"""State machine of the start-up firmware, without middleware and clock; tests can run it alone."""
 
 import enum
 import math
@@ -32,16 +32,19 @@ class ProfileState(enum.Enum):
 COMMANDING = (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING, ProfileState.ABORTED)
 
 MOST_SPEED = 1e6
-"""rad/s; of a command in a snapshot."""
+"""Largest magnitude of a commanded speed in a snapshot [rad/s]."""
 
 
 class ProfileRun:
-    """Runs profiles one after the other; times are by any clock that only advances.
+    """State machine that runs profiles one after the other.
+
+    Times are by any clock that only advances.
 
     Args:
-        ahead: lead of the commands of a ramp down [s]: a drive approaches them until the next one.
-        say: receives the status whenever it changes: the state's word, often with details after a
-            colon; and whether there is no problem.
+        ahead: lead of the commands of a ramp down [s], because a drive approaches each command
+            until the next one.
+        say: function that receives the status whenever it changes: the state's word, often with
+            details after a colon; and True if there is no problem.
     """
 
     def __init__(self, ahead: float, say: Callable[[str, bool], None]) -> None:
@@ -62,7 +65,7 @@ class ProfileRun:
         self._enter(ProfileState.IDLE)
 
     def wait(self, what: str) -> None:
-        """Wait for a condition."""
+        """Change to the state ``WAITING``; ``what`` names the condition in the status."""
         self._enter(ProfileState.WAITING, what)
 
     def start(
@@ -78,7 +81,7 @@ class ProfileRun:
             now: the time [s].
             execution: the profile, not yet begun.
             deceleration: deceleration of an abort [rad/s^2].
-            begin: time of its beginning [s]; None: now.
+            begin: time at which the profile begins [s]; None for now.
 
         Returns:
             Reason of a refusal; empty if the profile runs.
@@ -106,7 +109,7 @@ class ProfileRun:
             self.execution.begin(now)
 
     def abort(self, now: float, why: str) -> str:
-        """Ramp down to standstill; return the reason if that makes no sense."""
+        """Ramp down to standstill; return the reason of a refusal, empty if there is none."""
         if self.state is ProfileState.WAITING:
             self._enter(ProfileState.IDLE)
         elif self.state in (ProfileState.RUNNING, ProfileState.DONE):
@@ -125,11 +128,11 @@ class ProfileRun:
         self._enter(ProfileState.ABORTED)
 
     def tick(self, now: float) -> float | None:
-        """Return the speed to command now [rad/s]; None: no command."""
-        speaks = self.state in COMMANDING
-        leads = self.state in (ProfileState.RUNNING, ProfileState.DONE)
-        if leads and self.execution is not None:
-            speaks = self._run(self.execution, now)
+        """Run one period; return the speed to command now [rad/s], or None for no command."""
+        is_commanding = self.state in COMMANDING
+        follows_profile = self.state in (ProfileState.RUNNING, ProfileState.DONE)
+        if follows_profile and self.execution is not None:
+            is_commanding = self._run(self.execution, now)
         if self.state is ProfileState.ABORTING:
             since, speed = self._falls
             speed_left = abs(speed) - self._deceleration * max(now + self._ahead - since, 0.0)
@@ -137,7 +140,7 @@ class ProfileRun:
             if speed_left <= 0.0:
                 self.command = 0.0
                 self._enter(ProfileState.ABORTED)
-        self.commanded = self.command if speaks else None
+        self.commanded = self.command if is_commanding else None
         return self.commanded
 
     def state_values(self) -> dict[str, Any]:
@@ -155,7 +158,7 @@ class ProfileRun:
         }
 
     def restore(self, kept: Mapping[str, Any], execution: ProfileExecution | None) -> None:
-        """Continue from a state of ``state_values``.
+        """Continue from a result of ``state_values``.
 
         Args:
             kept: the values.
@@ -201,5 +204,5 @@ class ProfileRun:
 
 
 def _speed(value: Any) -> float:
-    """Return a speed from a file [rad/s]."""
+    """Return a speed from a snapshot [rad/s], if it is finite and not too large."""
     return finite(value, -MOST_SPEED, MOST_SPEED)

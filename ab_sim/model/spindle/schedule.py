@@ -1,4 +1,4 @@
-"""A spindle-speed profile: successive segments with exact breakpoints."""
+"""Schedule of the spindle speed: successive segments with exact breakpoints."""
 
 import bisect
 import math
@@ -13,7 +13,7 @@ from ab_sim.model.spindle.speed_laws import RaisedCosine, Ramp
 if TYPE_CHECKING:
     from ab_sim.scene import Scene
     from ab_sim.scene.profiles import AnyProfile
-    from ab_sim.scene.segments import Segment as AskedSegment
+    from ab_sim.scene.segments import Segment as ProfileSegment
 
 Segment = Ramp | RaisedCosine
 
@@ -31,14 +31,14 @@ class ScheduledSegment(NamedTuple):
 
 
 class SpeedSchedule:
-    """Spindle speed and angle over time, piecewise; the last speed is held for ever.
+    """Spindle speed and angle over time, segment by segment; the last speed is held without end.
 
     Args:
         segments: pairs of a duration [s] and its segment.
         final_speed: speed [rad/s] held after the last segment.
         start: time at which the first segment begins [s].
         start_angle: angle psi at that time [rad].
-        variable_speed_period: start of that period [s], if the profile has one.
+        variable_speed_period: start of the variable-speed period [s]; None without one.
     """
 
     def __init__(
@@ -102,21 +102,21 @@ class SpeedSchedule:
         return self.segments[self.number_at(time)]
 
     def speed(self, time: float) -> float:
-        """Return w [rad/s]."""
+        """Return the spindle speed w at a time [rad/s]."""
         scheduled = self.segment_at(time)
         return scheduled.segment.speed(time - scheduled.start)
 
     def angle(self, time: float) -> float:
-        """Return psi [rad], unwrapped."""
+        """Return the spindle angle psi at a time [rad], unwrapped."""
         scheduled = self.segment_at(time)
         return scheduled.start_angle + scheduled.segment.angle(time - scheduled.start)
 
     def angles(self, times: np.ndarray) -> np.ndarray:
-        """Return psi at several times [rad]."""
+        """Return the spindle angles psi at several times [rad]."""
         return np.array([self.angle(time) for time in times.tolist()])
 
     def moved(self, by: float, turned: float = 0.0) -> "SpeedSchedule":
-        """Return the profile, begun later by a time [s] and at an angle [rad] further."""
+        """Return the schedule, later by a time [s], with angles increased by ``turned`` [rad]."""
         begins = self.variable_speed_period
         return SpeedSchedule.of_scheduled(
             [
@@ -137,7 +137,7 @@ class SpeedSchedule:
         scheduled_segments: Sequence[ScheduledSegment],
         variable_speed_period: float | None = None,
     ) -> "SpeedSchedule":
-        """Return a profile from scheduled segments that follow each other without gaps."""
+        """Return a schedule from segments that follow each other without gaps."""
         schedule = cls((), 0.0, variable_speed_period=variable_speed_period)
         schedule.segments = tuple(scheduled_segments)
         schedule._starts = [scheduled.start for scheduled in scheduled_segments]
@@ -145,7 +145,7 @@ class SpeedSchedule:
 
     @classmethod
     def constant(cls, speed: float, start_angle: float = 0.0) -> "SpeedSchedule":
-        """Return a speed [rad/s] held for ever; ``start_angle`` [rad] is psi at t = 0."""
+        """Return the schedule of a constant speed [rad/s]; ``start_angle`` [rad] is that at 0 s."""
         return cls((), speed, start_angle=start_angle)
 
     @classmethod
@@ -158,7 +158,7 @@ class SpeedSchedule:
         period_start: float | None = None,
         start_angle: float = 0.0,
     ) -> "SpeedSchedule":
-        """Return a constant acceleration to a target, possibly with a variable-speed period.
+        """Return the schedule of a start-up, with or without a variable-speed period.
 
         Source: thesis 3.1.
 
@@ -199,7 +199,7 @@ class SpeedSchedule:
         duration: float,
         start_angle: float = 0.0,
     ) -> "SpeedSchedule":
-        """Return a raised-cosine change of speed (relative-stability (25)).
+        """Return the schedule of a raised-cosine change of speed (relative-stability (25)).
 
         Args:
             start_speed: speed until ``start_time`` [rad/s].
@@ -216,15 +216,15 @@ class SpeedSchedule:
     @classmethod
     def of_segments(
         cls,
-        segments: Sequence["AskedSegment"],
+        segments: Sequence["ProfileSegment"],
         speed: float,
         start: float = 0.0,
         start_angle: float = 0.0,
     ) -> "SpeedSchedule":
-        """Return successive accelerations and holds; each makes one segment.
+        """Return the schedule of successive accelerations and holds, with a segment for each.
 
         Args:
-            segments: segments; those that end on a condition last as long as they may.
+            segments: segments; those that end on a condition get their longest duration.
             speed: speed at which the first begins [rad/s].
             start: time at which it begins [s].
             start_angle: psi at that time [rad].
@@ -238,12 +238,12 @@ class SpeedSchedule:
 
     @classmethod
     def at_start(cls, scene: "Scene") -> "SpeedSchedule":
-        """Return the start speed of a scene, held."""
+        """Return the schedule that holds a scene's start speed."""
         return cls.constant(scene.start.speed, scene.start.angle)
 
     @classmethod
     def of_scene(cls, scene: "Scene") -> "SpeedSchedule":
-        """Return the profile of a scene; its start speed, held, if it has none.
+        """Return the schedule of a scene's profile; without a profile, the start speed is held.
 
         Raises:
             SceneError: measurements decide the speed during the run: in an adaptive start-up, or in
@@ -254,15 +254,15 @@ class SpeedSchedule:
             return cls.at_start(scene)
         if asked.kind == "segments" and (key := asked.condition) is not None:
             raise SceneError(
-                f"{scene.name}: {key}: what is measured while it runs decides when this segment "
-                "ends, and there is no speed over time before; say how long it lasts (hold or "
+                f"{scene.name}: {key}: this segment ends on a condition that is measured during "
+                "the run, so its end is not known in advance; give its length instead (hold or "
                 "duration instead of until)"
             )
         return cls.asked(asked, scene.start.speed, scene.start.angle)
 
     @classmethod
     def asked(cls, asked: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
-        """Return the schedule of a profile; segments with a condition last as long as they may.
+        """Return the schedule of a profile; segments with a condition get their longest duration.
 
         Args:
             asked: profile of a scene, or alone.
@@ -274,9 +274,9 @@ class SpeedSchedule:
         """
         if asked.kind == "adaptive":
             raise SceneError(
-                "profile.kind = adaptive: a controller decides the speed while it runs, and there "
-                "is no speed over time before; use another kind, e.g. start_up with its "
-                "acceleration and target_speed, or leave it out (--set profile=)"
+                "profile.kind = adaptive: a controller decides the speed during the run, so it is "
+                "not known in advance; use another kind, e.g. start_up with its acceleration and "
+                "target_speed, or leave it out (--set profile=)"
             )
         if asked.kind == "segments":
             return cls.of_segments(asked.segments, first, start_angle=angle)

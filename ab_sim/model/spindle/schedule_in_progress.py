@@ -1,4 +1,4 @@
-"""A profile in progress: its present segment, and segments that end on events."""
+"""Schedule of a profile in progress, whose segments may end on conditions."""
 
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class ScheduleInProgress:
-    """Speed over time as far as it is decided: conditions last as long as they may.
+    """Schedule as far as it is decided; later segments with conditions get their longest duration.
 
     Args:
         asked: the profile.
@@ -24,27 +24,27 @@ class ScheduleInProgress:
         """Schedule from now on."""
         self.count = len(self.profile.segments) - 1
         """Number of segments."""
-        self._left = 0
+        self._first = 0
 
     def number(self, time: float) -> int:
         """Return the number of the segment at a time [s], from 0; the count after the last one."""
-        return self._left + self.profile.number_at(time)
+        return self._first + self.profile.number_at(time)
 
     def until(self, number: int) -> "Until | None":
-        """Return the condition that ends a segment."""
+        """Return the condition that ends a segment; None if the segment has none."""
         return self._segments[number].until if number < len(self._segments) else None
 
     def leave(self, time: float) -> None:
-        """End the segment at a time [s]."""
+        """End the present segment at a time [s]; the next one begins at the speed reached."""
         index = self.number(time) + 1
         self.profile = SpeedSchedule.of_segments(
             self._segments[index:], float(self.profile.speed(time)), start=time
         )
-        self._left = index
+        self._first = index
 
     def words(self, number: int) -> str:
         """Describe a present or future segment."""
-        scheduled, until = self.profile.segments[number - self._left], self.until(number)
+        scheduled, until = self.profile.segments[number - self._first], self.until(number)
         if until is None:
             return _words(scheduled)
         slope = scheduled.segment.acceleration(0.0)

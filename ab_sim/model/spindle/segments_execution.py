@@ -1,4 +1,4 @@
-"""A profile that is known in advance except for segments that end on a condition; no ROS."""
+"""Execution of a profile whose segments may end on conditions; it does not need ROS."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -20,7 +20,7 @@ def waits_for_vibration(asked: RequestedProfile) -> bool:
 
 
 class SegmentsExecution:
-    """A profile in progress.
+    """Execution of a profile that is known in advance, except for the ends set by conditions.
 
     Args:
         asked: the profile.
@@ -127,7 +127,12 @@ class SegmentsExecution:
         self.words, self.why = map(str, state["texts"])
 
     def _missed(self, passed: int, number: int) -> str:
-        """Return a text on conditions of earlier segments that were not met in time."""
+        """Report conditions that were not met in time, and fail if one of them says abort.
+
+        Args:
+            passed: first segment to check.
+            number: present segment; those before it are checked.
+        """
         missed = ""
         for unmet in range(passed, number):
             if self.failure or (until := self._schedule.until(unmet)) is None:

@@ -41,7 +41,7 @@ class SpeedServo(NamedTuple):
         return command
 
     def check_acceleration(self, acceleration: float) -> float:
-        """Return the acceleration [rad/s^2], if the spindle can do it.
+        """Return the acceleration [rad/s^2], if the servo may use it.
 
         Raises:
             CommandError: the acceleration is not a number, not above 0, or beyond
@@ -67,9 +67,9 @@ class SpeedServo(NamedTuple):
 
 
 def _as_float(name: str, value: float, unit: str) -> float:
-    """Return a float.
+    """Return a number as a float.
 
-    Return an int beyond all floats unchanged, so that it is reported as too large.
+    An int beyond the range of floats is returned unchanged, so that it is reported as too large.
     """
     try:
         return float(value)

@@ -22,7 +22,7 @@ NANOSECOND = 1e-9
 SAME_SPEED = 1e-9
 """Relative difference below which two speeds are taken as equal apart from rounding."""
 SHAPE_POINTS, SHAPE_STEP = 1000, 1e-3
-"""Largest number of points of a curved segment, and their least distance [s]."""
+"""Largest number of points of a curved segment, and smallest time between them [s]."""
 LATEST = 2**31 * 10**9
 """Latest time that a stamp can hold [ns]."""
 
@@ -31,7 +31,7 @@ class TimedSpeeds(NamedTuple):
     """A checked trajectory: successive ramps, then a speed that is held."""
 
     start: int | None
-    """Simulated time of its start [ns]; None: the instant at which it takes effect."""
+    """Simulated time of the start [ns]; None for the time at which the trajectory takes effect."""
     ramps: tuple[tuple[float, Ramp], ...]
     """Duration [s] and ramp, in order."""
     final_speed: float
@@ -40,7 +40,7 @@ class TimedSpeeds(NamedTuple):
     """Time after the start [s] and speed [rad/s] of the first point."""
 
     lasts: float
-    """Time from its start to its last point [s]; stored, because the drive reads it at every
+    """Time from the start to the last point [s]; stored, because the drive reads it at every
     wake-up."""
 
     @classmethod
@@ -51,7 +51,7 @@ class TimedSpeeds(NamedTuple):
         final_speed: float,
         first: tuple[float, float],
     ) -> "TimedSpeeds":
-        """Return the trajectory that these ramps make; arguments as the fields."""
+        """Return the trajectory of these ramps; the arguments are those of the fields."""
         lasts = first[0] + sum(duration for duration, _ in ramps)
         return cls(start, tuple(ramps), final_speed, first, lasts)
 
@@ -65,11 +65,11 @@ class TimedSpeeds(NamedTuple):
         return max(abs(self.final_speed), *speeds, 0.0)
 
     def steepest(self, after: float = -math.inf) -> float:
-        """Return the largest magnitude of the acceleration [rad/s^2], from such a time on."""
+        """Return the largest magnitude of the acceleration [rad/s^2], from ``after`` [s] on."""
         return max((abs(ramp.slope) for _, _, ramp in self._ahead(after)), default=0.0)
 
     def _ahead(self, after: float) -> Iterator[tuple[float, float, Ramp]]:
-        """Yield begin after the start [s], duration [s] and ramp of those that end later."""
+        """Yield start [s], duration [s] and ramp, for each ramp that ends after ``after`` [s]."""
         end = self.first[0]
         for duration, ramp in self.ramps:
             begin, end = end, end + duration
@@ -78,15 +78,15 @@ class TimedSpeeds(NamedTuple):
 
 
 def timed_speeds(wanted: SetPoints, limits: SpeedServo) -> TimedSpeeds:
-    """Return a trajectory that has been checked.
+    """Check set-points and return them as a trajectory.
 
     Args:
-        wanted: start and points.
+        wanted: requested start and points.
         limits: largest speed and acceleration.
 
     Raises:
         CommandError: a point is not finite, not in order, beyond the limits, or its acceleration
-            does not lead to the next one; the message names the point and the allowed range.
+            does not lead to the next point; the message names the point and the allowed range.
     """
     points = wanted.points
     for number, point in enumerate(points):
@@ -142,7 +142,7 @@ def set_points_of(schedule: SpeedSchedule, start: int) -> SetPoints:
 
     Args:
         schedule: speeds over time.
-        start: simulated time [ns] that its 0 s becomes.
+        start: simulated time at which the schedule is to begin [ns].
     """
     points, time = [], 0
     for scheduled, following in pairwise(schedule.segments):
@@ -173,7 +173,7 @@ def _leads(ramp: Ramp, duration: float, to: Segment) -> bool:
 def joined(
     schedule: SpeedSchedule, now: float, wanted: TimedSpeeds, acceleration: float
 ) -> SpeedSchedule:
-    """Return the schedule from now on: the present one, and a trajectory from its start on.
+    """Return the schedule from now on: the present one until a trajectory starts, then that one.
 
     If the spindle cannot be at the first point's speed in time, it approaches the trajectory at the
     largest acceleration, and follows it from where they meet.
@@ -198,7 +198,13 @@ def joined(
 
 
 def _from_speed(speed: float, wanted: TimedSpeeds, most: float) -> Sequence[tuple[float, Ramp]]:
-    """Return the ramps of a trajectory, begun at another speed [rad/s] than its first point's."""
+    """Return the ramps of a trajectory that begins at a speed other than its first point's.
+
+    Args:
+        speed: speed at the start of the trajectory [rad/s].
+        wanted: the trajectory.
+        most: largest acceleration until the spindle follows the trajectory [rad/s^2].
+    """
     ahead, first = wanted.first
     gap = first - speed
     if not ahead and abs(gap) <= SAME_SPEED * max(abs(first), 1.0):

@@ -21,11 +21,11 @@ class Ramp(NamedTuple):
     """Acceleration [rad/s^2]."""
 
     def speed(self, time: Times) -> Times:
-        """Return w [rad/s] at local ``time`` [s]."""
+        """Return the speed w [rad/s] at local ``time`` [s]."""
         return self.start_speed + self.slope * time
 
     def acceleration(self, time: Times) -> Times:
-        """Return al [rad/s^2] at local ``time`` [s]."""
+        """Return the acceleration al [rad/s^2] at local ``time`` [s]."""
         return self.slope
 
     def angle(self, time: Times) -> Times:
@@ -44,12 +44,12 @@ class RaisedCosine(NamedTuple):
     """Duration [s]."""
 
     def speed(self, time: Times) -> Times:
-        """Return w [rad/s] at local ``time`` [s]."""
+        """Return the speed w [rad/s] at local ``time`` [s]."""
         phase = np.pi * time / self.duration
         return self.start_speed + 0.5 * self.change * (1.0 - np.cos(phase))
 
     def acceleration(self, time: Times) -> Times:
-        """Return al [rad/s^2] at local ``time`` [s]."""
+        """Return the acceleration al [rad/s^2] at local ``time`` [s]."""
         phase = np.pi * time / self.duration
         return 0.5 * self.change * np.pi / self.duration * np.sin(phase)
 
@@ -80,12 +80,12 @@ class RampAndCosine(NamedTuple):
         return cls(segment.start_speed, 0.0, segment.change, segment.duration)
 
     def speed(self, time: Times) -> Times:
-        """Return w [rad/s] at local ``time`` [s]."""
+        """Return the speed w [rad/s] at local ``time`` [s]."""
         phase = np.pi * time / self.duration
         return self.start_speed + self.slope * time + 0.5 * self.change * (1.0 - np.cos(phase))
 
     def acceleration(self, time: Times) -> Times:
-        """Return al [rad/s^2] at local ``time`` [s]."""
+        """Return the acceleration al [rad/s^2] at local ``time`` [s]."""
         phase = np.pi * time / self.duration
         return self.slope + 0.5 * self.change * np.pi / self.duration * np.sin(phase)
 

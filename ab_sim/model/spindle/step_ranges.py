@@ -1,9 +1,9 @@
-"""Positions of steps along a speed profile: they cross no breakpoint and resolve short curves.
+"""Divide steps along a speed schedule, so that they cross no breakpoint and resolve short curves.
 
-A ramp of any length is resolved: in local time its speed is a polynomial. A curve is not: one step
-over the whole of it takes a few values for its shape, the same few for any step length. So a curve
-that is shorter than the cycle of the fastest resolved motion takes as many steps as such a cycle
-would, each shorter in the same ratio. Half the step also halves these.
+Steppers resolve a ramp of any length, because its speed is a polynomial in local time. They do not
+resolve a curve within one step, of which they take only a few values, the same few for any step
+length. So a curve that is shorter than the cycle of the fastest resolved motion takes as many steps
+as such a cycle, each shorter in the same ratio. Half the step also halves these shorter steps.
 """
 
 import math
@@ -50,9 +50,9 @@ def segment_after(profile: SpeedSchedule, time: float, step: float) -> Scheduled
 def step_ranges(
     profile: SpeedSchedule, grid: StepGrid, first: int, steps: int
 ) -> Iterator[StepRange]:
-    """Yield the step ranges of ``steps`` steps after the first ``first`` ones.
+    """Yield the ranges of ``steps`` steps, after ``first`` steps have been taken.
 
-    A step with breakpoints in it, or along a short curve, comes in successive parts.
+    A step that contains breakpoints or runs along a short curve is divided into successive parts.
     """
     step, done = grid.step, 0
     while done < steps:

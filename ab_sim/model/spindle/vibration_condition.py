@@ -74,7 +74,7 @@ class VibrationCondition:
         Args:
             now: time by the caller's clock [s].
             sensor: frame of the sensor.
-            stamp: time by the drive's clock [ns]: only differences count.
+            stamp: time by the drive's clock [ns], of which only differences matter.
             vector: acceleration along three axes [m/s^2].
         """
         sensor_ = self._sensors.setdefault(sensor, _Sensor())
@@ -117,7 +117,7 @@ class VibrationCondition:
         return {"sensors": sensors, "heard": self._heard, "began": self._began}
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Continue from a state of ``state``."""
+        """Continue from a result of ``state``."""
         self._began = finite(state["began"], 0.0, MOST_TIME)
         self._heard = {
             str(name): finite(heard, 0.0, MOST_TIME) for name, heard in state["heard"].items()

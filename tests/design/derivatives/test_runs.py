@@ -107,7 +107,7 @@ def test_metrics_without_a_derivative_are_refused(metric: str, problem: str) -> 
 
 
 def test_a_speed_that_measurements_decide_has_no_derivative() -> None:
-    with pytest.raises(SceneError, match="a controller decides the speed while it runs"):
+    with pytest.raises(SceneError, match="a controller decides the speed during the run"):
         ab_sim.sensitivities("adaptive-start-up", ["balls.mass"])
 
 

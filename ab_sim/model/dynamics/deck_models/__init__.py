@@ -1,5 +1,5 @@
 """Deck models from scenes: one file each, imported by ``dynamics.registry``.
 
-Each file defines how a deck model's constants and start follow from a scene, and the known parts of
-its motion, and registers both under a name.
+Each file registers a deck model under a name, with functions that derive its constants, its initial
+state and its linear motion from a scene.
 """

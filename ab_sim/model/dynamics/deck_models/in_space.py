@@ -1,4 +1,4 @@
-"""A deck that tilts, from a scene."""
+"""Deck model ``in_space`` from a scene: a deck that moves and tilts on its mounts."""
 
 import contextlib
 import math
@@ -62,9 +62,9 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
 
 
 def _rotation() -> "type[Rotation]":
-    """Return SciPy's class.
+    """Return SciPy's class ``Rotation``.
 
-    Its import takes as long as a run, and decks in the plane do not need it.
+    The import takes as long as a run, and decks in the plane do not need it.
     """
     from scipy.spatial.transform import Rotation
 
@@ -72,7 +72,7 @@ def _rotation() -> "type[Rotation]":
 
 
 def start_of(scene: Scene, system: System) -> np.ndarray:
-    """Return the states at t = 0, shape (13,).
+    """Return the deck's states at t = 0 in the order of ``InSpace.STATE_NAMES``, shape (13,).
 
     Raises:
         SceneError: the deck is to start at rest, and there is no position at rest.
@@ -97,7 +97,12 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
 
 
 def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.ndarray:
-    """Return it on deck axes [rad/s], from alpha, beta, gamma [rad] and their rates [rad/s]."""
+    """Return the angular velocity of a deck on deck axes [rad/s], shape (3,).
+
+    Args:
+        tilt: angles alpha, beta, gamma of the deck [rad].
+        rate: rates of change of these angles [rad/s].
+    """
     (alpha, beta, _), (alpha_rate, beta_rate, gamma_rate) = tilt, rate
     ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
     return np.array(
@@ -110,17 +115,22 @@ def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.nda
 
 
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
-    """Return the fastest eigenvalue [1/s] of the deck on its mounts, with gyroscopic moments."""
+    """Return the fastest eigenvalue [1/s] of the deck on its mounts, by a name for messages.
+
+    Gyroscopic moments are those at ``top_speed`` [rad/s].
+    """
     matrix = linearised(_weightless(_hardened(system))).matrix(top_speed)
     fastest = max(np.linalg.eigvals(matrix), key=abs)
     return {"the deck's motion on its mounts": complex(fastest)} if abs(fastest) > 0 else {}
 
 
 def yields_of(system: System) -> list[np.ndarray]:
-    """Return the acceleration of the race at each ball per force along it at each ball [1/kg].
+    """Return accelerations of the race at each ball per force on the race at each ball [1/kg].
+
+    Accelerations and forces are those along the race.
 
     Returns:
-        Matrices of shape (balls, balls), with all balls side by side, for directions all around.
+        One matrix, shape (balls, balls), for each of 16 angles at which all balls are placed.
     """
     weights, yields = system.balls[:, MASS], []
     empty = system.deck_model._replace(
@@ -139,7 +149,7 @@ def yields_of(system: System) -> list[np.ndarray]:
 
 
 def linearised(system: System) -> Linearised:
-    """Return small motions about the deck's position at rest.
+    """Return the linear equations of small motions about the deck's position at rest.
 
     Coordinates are X, Y, Z on the ground's axes, and turns about the deck's x, y, z. The equations
     are those of ``equations.in_space``, where a symmetric rotor has V = 0.
@@ -184,12 +194,12 @@ def _weightless(system: System) -> System:
 
 
 def _hardened(system: System) -> System:
-    """Return the system with the mounts' stiffness at the sag or at 10 e: springs may be cubic."""
+    """Return the system with the stiffness of hardening mounts at the sag, or at 10 e if larger."""
     deck, effects = system.deck_model, system.effects
     if not has_stiffening(effects):
         return system
     place, turn = np.zeros(3), np.eye(3)
-    # A deck that nothing holds may fall.
+    # A deck without a position at rest is allowed: it falls.
     with contextlib.suppress(SceneError):
         if any(deck.gravity):
             rest = _at_rest(system)
@@ -224,17 +234,21 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
 
 
 def _stiffness_against_turning(place: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the stiffness [N m/rad] due to a constant force, shape (3, 3).
+    """Return the stiffness against turns of the deck due to a constant force [N m/rad].
 
-    Place and force are on deck axes. A turn by phi moves the place by phi x p + phi x (phi x p) /
-    2, and -f . (phi x (phi x p)) / 2 is the second-order term of the energy.
+    Place p [m] and force f [N] are on deck axes. A turn by phi moves the place by phi x p +
+    phi x (phi x p) / 2, and -f . (phi x (phi x p)) / 2 is the second-order term of the energy. The
+    result has the shape (3, 3).
     """
     outer = np.outer(place, force)
     return np.asarray(place @ force * np.eye(3) - 0.5 * (outer + outer.T))
 
 
 def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, float]:
-    """Return the stiffness that the effects add to a mount, and its derivative by the square."""
+    """Return the stiffness that effects add to a mount, and its derivative by ``square``.
+
+    ``square`` is the square of the mount's displacement [m^2].
+    """
     step = 1e-3 * square
     slope = 0.0
     if step > 0.0:

@@ -1,4 +1,4 @@
-"""A deck in the plane, from a scene."""
+"""Deck model ``planar`` from a scene: a deck that moves in the plane of the disc."""
 
 import functools
 import math
@@ -21,7 +21,7 @@ from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 
 _DIRECTIONS = np.array([[math.cos(a), math.sin(a)] for a in math.pi * np.arange(8) / 8]).T
-"""Directions in which the suspension is examined."""
+"""Directions in which damping and stiffness are computed: unit vectors, shape (2, 8)."""
 _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0]])
 """Test displacements as multiples of a direction: outwards, inwards, and zero with a velocity."""
 
@@ -40,10 +40,10 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
 
 
 def start_of(scene: Scene, system: System) -> np.ndarray:
-    """Return the states at t = 0, shape (4,).
+    """Return the deck's states at t = 0 in the order of ``Planar.STATE_NAMES``, shape (4,).
 
-    The deck is at rest in space by default: its inertial velocity on the rotating axes is zero at
-    any speed.
+    The deck is at rest in space by default: its inertial velocity, given on the rotating axes, is
+    zero at any spindle speed.
     """
     start, psi = scene.start.deck, scene.start.angle
     c, s = math.cos(psi), math.sin(psi)
@@ -57,8 +57,8 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
 
     Args:
         system: the system.
-        top_speed: fastest spindle speed [rad/s]; the deck's whirl is faster by that on rotating
-            axes.
+        top_speed: largest spindle speed [rad/s]; on rotating axes, the deck's whirl is faster by
+            this speed.
     """
     body, effects = system.deck_model, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
@@ -81,7 +81,7 @@ def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray
         per run; otherwise runs = 1.
 
     Raises:
-        TypeError, ValueError: an effect does not take columns.
+        TypeError, ValueError: an effect cannot be computed with columns.
     """
     damping, stiffness = _resistances(effects, body)
     mean, apart = damping / (2.0 * mass), stiffness / mass
@@ -90,19 +90,20 @@ def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray
 
 
 def yields_of(system: System) -> list[np.ndarray]:
-    """Return the acceleration of the race at each ball per force along it at each ball [1/kg].
+    """Return accelerations of the race at each ball per force on the race at each ball [1/kg].
+
+    Accelerations and forces are those along the race.
 
     Returns:
-        A matrix of shape (balls, balls), with all balls side by side, for any place in the plane.
+        One matrix, shape (balls, balls), for all balls at one angle; it is the same for any angle.
     """
     return [np.full((len(system.balls),) * 2, 1.0 / system.deck_model.total_mass)]
 
 
 def linearised(system: System) -> Linearised:
-    """Return small motions x, y about the deck's position at rest.
+    """Return the linear equations of small motions x, y about the deck's position at rest.
 
-    A round race with its balls turns about the shaft whatever the deck does, so there are no
-    gyroscopic terms.
+    There are no gyroscopic terms, because the deck does not tilt.
     """
     body, effects = system.deck_model, system.effects
     rest = np.array([body.sag_x, body.sag_y, 0.0, 0.0])
@@ -158,7 +159,7 @@ def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
 
 
 def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray, np.ndarray]:
-    """Return damping and stiffness for small displacements from rest, shape (directions, runs)."""
+    """Return damping [N s/m] and stiffness [N/m] of the suspension, shape (directions, runs)."""
     # Far enough from rest for a cubic spring to count: the sag, or 10 e.
     hangs = math.hypot(body.sag_x, body.sag_y)
     far = np.atleast_1d(np.maximum(np.maximum(10.0 * body.eccentricity, hangs), 1e-9))
@@ -169,7 +170,7 @@ def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray,
     try:
         f1, f2 = _force(effects, DeckMotion(*moved))
     except (TypeError, ValueError):
-        # An effect that branches on its numbers takes them one by one.
+        # An effect that branches on its arguments takes floats only: call it for each point.
         forces = [_force(effects, DeckMotion(*one)) for one in moved.reshape(4, -1).T.tolist()]
         f1, f2 = np.array(forces).T.reshape(2, *moved.shape[1:])
     against = -(c * f1 + s * f2)

@@ -34,11 +34,11 @@ error that explains this. Fields that are not floats, such as counts and choices
     friction_coefficient(self, ball) -> 1
         largest friction along the race per normal force of the race on the ball
     restitution(self, approach) -> 1
-        speed at which two balls part per speed at which they have met [m/s]
+        separation speed of two balls divided by their approach speed [m/s]
     race_shape(self, c, s) -> (m, m, m, m)
         race at outward normal (c, s): h - R, x (along the tangent), l - R, dl/dtheta; see race.py
     race_arc(self, theta) -> m
-        length along the race, less R theta; differences count
+        length along the race up to theta, less R theta; only differences matter
     spindle_acceleration(self, acceleration) -> rad/s^2
         part of the spindle's acceleration that acts on the bodies
     rotor_moment(self) -> kg m^2, loop_torque(self, error, integral) -> N m,
@@ -51,7 +51,7 @@ error that explains this. Fields that are not floats, such as counts and choices
     deck_loss(self, deck) -> W, space_loss(self, deck) -> W
         power dissipated
     check_scene(self, scene)
-        raises ValueError for a scene in which the effect makes no sense
+        raises ValueError for a scene to which the effect does not apply
 
 ``register`` adds the equation, its source, and whether the balls' radius matters.
 """

@@ -49,7 +49,7 @@ class BallContact(NamedTuple):
         """Refuse balls that do not fit on the race, or that overlap at the start."""
         if len(set(scene.balls.races)) > 1:
             raise ValueError(
-                "effects.ball_contact: balls in more than one race (balls.race) cannot be told who "
-                "touches whom; put them into one race, or leave the effect out"
+                "effects.ball_contact: balls in more than one race (balls.race), where contacts "
+                "are not modelled; put them into one race, or leave the effect out"
             )
         check_row(scene)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 @register(
     "gravity",
     equation="g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on moving parts",
-    source="Newton; the equations keep A less gravity, which is what an accelerometer reads",
+    source="Newton; the equations contain acceleration less gravity, as an accelerometer reads it",
 )
 class Gravity(NamedTuple):
     """Weight of deck, unbalance and balls in the plane of the disc.
@@ -53,7 +53,7 @@ class Gravity(NamedTuple):
         return (across * cos(self.direction), across * sin(self.direction), along)
 
     def check_scene(self, scene: "Scene") -> None:
-        """Refuse a deck under gravity that nothing holds."""
+        """Refuse gravity in the plane of the disc if no spring holds the deck."""
         if scene.deck is not None:
             return  # the position at rest is searched for, and a deck that nothing holds may fall
         pull = hypot(*self.gravity())
@@ -69,7 +69,7 @@ class Gravity(NamedTuple):
         ]
         if pull > 0 and not stiff:
             raise ValueError(
-                f"effects.gravity: pulls the deck aside with {pull:.3g} m/s^2 for ever, no "
+                f"effects.gravity: pulls the deck aside with {pull:.3g} m/s^2, and no "
                 "suspension with a stiffness holds it; name the effect suspension, leave out "
                 "gravity, or lay the disc flat (tilt: 0)"
             )

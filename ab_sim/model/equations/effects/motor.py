@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 class Motor(NamedTuple):
     """Speed loop with torque limit and back-EMF; unbalance and balls react on the rotor.
 
-    The profile and live commands give the commanded speed w_c. A motor that is too weak is caught
-    at the critical speed. The limit's onset and end are located within a step.
+    The profile and live commands give the commanded speed w_c. A motor that is too weak stays
+    caught at the critical speed. The times at which the torque reaches and leaves its limit are
+    located within a step.
     """
 
     rotor_inertia: Annotated[
@@ -85,5 +86,5 @@ class Motor(NamedTuple):
         if "spindle_acceleration" not in scene.effects:
             raise ValueError(
                 "effects.motor: needs the effect spindle_acceleration too, because the spindle's "
-                "acceleration follows from what unbalance and balls feel of it; name both"
+                "acceleration depends on how unbalance and balls react to it; name both"
             )

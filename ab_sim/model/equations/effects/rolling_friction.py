@@ -18,9 +18,9 @@ class RollingFriction(NamedTuple):
     """Friction against rolling, at most (beta_b/a) times the race's normal force on the ball.
 
     The law is set-valued: a ball at rest on the race sticks while the force needed to hold it is
-    below this limit.
-    Reversals, sticking, release, and the loss of contact with the race are located within a step.
-    The normal force contains the deck's acceleration, so both are solved together.
+    below this limit. Reversals, sticking, release, and the loss of contact with the race are
+    located within a step. The normal force contains the deck's acceleration, so both are solved
+    together.
     """
 
     arm: Annotated[

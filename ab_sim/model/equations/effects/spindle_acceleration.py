@@ -13,8 +13,8 @@ from ab_sim.scene.registry import register
 class SpindleAcceleration(NamedTuple):
     """Inertia terms with the spindle's acceleration psi'', on unbalance and balls.
 
-    Without this effect, the speed still follows its profile, but these terms are omitted, as if it
-    changed infinitely slowly.
+    Without this effect, the speed still follows its profile, but these terms are omitted, as if the
+    speed changed infinitely slowly.
     """
 
     def spindle_acceleration(self, acceleration: float) -> float:
