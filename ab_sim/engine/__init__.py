@@ -1,1 +1,1 @@
-"""From equations to steps: compiled code, events, steppers, one run or eight side by side."""
+"""From equations to steps: compiled code, events, and steppers for one run or eight in lanes."""

@@ -235,7 +235,7 @@ def test_a_drive_s_own_is_what_runs_now(scene: SceneMaker, with_hold: Any) -> No
         (
             np.zeros(8),
             np.zeros((2, DISCRETE_COLUMNS)),
-            r"modes: has shape \(2, 4\); must have shape \(3, 4\)",
+            r"discrete_state: has shape \(2, 4\); must have shape \(3, 4\)",
         ),
     ],
 )

@@ -17,8 +17,8 @@ from ab_sim.engine.compiling.source import (
 from ab_sim.tracing.llvm_text import literal
 
 FIELD, ELEMENT = ", !tbaa !3", ", !tbaa !4"
-"""Type-based alias classes of memory: part of a record, or number of an array. Neither is ever
-written as the other, so LLVM need not reload a record after a write to an array."""
+"""Type-based alias classes of memory: part of a record, or number of an array. No memory belongs to
+both, so LLVM does not load a record again after a write to an array."""
 METADATA = """
 !0 = !{!"ab_sim"}
 !1 = !{!"field", !0, i64 0}
@@ -47,14 +47,14 @@ class ArrayView(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """RecordKind or tuple, field by field."""
+    """Record or tuple, field by field."""
 
     kind: RecordKind
     values: tuple["Value", ...]
 
 
 class StoredRecord(NamedTuple):
-    """RecordKind in memory, eight bytes for each leaf."""
+    """Record in memory, eight bytes for each leaf."""
 
     kind: RecordKind
     pointer: str

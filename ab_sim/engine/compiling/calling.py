@@ -43,7 +43,7 @@ class Compiled:
 
     Args:
         function: function of the subset, with at least one argument.
-        known: values of fields of records in the arguments that are the same in every call, by
+        fixed: values of fields of records in the arguments that are the same in every call, by
             name.
         library: store of compiled functions to use and to add to; None for a new one.
     """
@@ -88,6 +88,9 @@ def compiled(function: Callable[..., Any], fixed: Mapping[str, bool] = NOTHING_K
     Args:
         function: function of the subset.
         fixed: values of fields that are the same in every call, as for ``Compiled``.
+
+    Raises:
+        TypeError: the function was not written with ``def``.
     """
     if not isinstance(function, FunctionType):
         raise TypeError(f"compiled({function!r}): must be a function written with def")
@@ -186,7 +189,7 @@ class _Entry:
             self.run = functools.partial(_record_from, call, of_result, _struct(leaves(of_result)))
 
     def row(self, unpacked: int) -> Callable[..., tuple[Any, ...]]:
-        """Return a function that makes leaves of the other arguments after ``unpacked`` ones."""
+        """Return a function from arguments to leaves, without the first ``unpacked`` others."""
         if unpacked not in self._rows:
             remaining = self._others[unpacked:]
             parts = [
@@ -202,7 +205,7 @@ class _Entry:
         return row_of
 
     def leaves(self, arguments: Sequence[Any]) -> tuple[Any, ...]:
-        """Return the leaves of those of the other arguments that are given, from the first on."""
+        """Return the leaves of arguments after the first one; the last ones may be missing."""
         if len(arguments) > len(self._others):
             most = 1 + len(self._others)
             raise TypeError(f"{self._name}: takes {most} arguments, {1 + len(arguments)} are given")
@@ -217,7 +220,7 @@ class _Entry:
         return block
 
     def wrong(self, others: tuple[Any, ...]) -> TypeError:
-        """Return the error of the first argument after the record that cannot be packed."""
+        """Return the error for the first of the other arguments that cannot be packed."""
         for (*_, put), value in zip(self._others, others, strict=True):
             try:
                 put(value)

@@ -44,7 +44,7 @@ class Callees(Protocol):
     """Values of records' fields that are known at compile time, by name."""
 
     def signature(self, function: FunctionType) -> Signature:
-        """Return the signature of a function, and translate it unless that has been done."""
+        """Return the signature of a function, which is translated later if necessary."""
 
 
 class Expressions(Operations):
@@ -104,7 +104,7 @@ class Expressions(Operations):
             return self._constant(node, static)
         method = getattr(self, "_" + type(node).__name__, None)
         if method is None:
-            instead = _INSTEAD.get(type(node), "see ab_sim.engine.compiling for what there is")
+            instead = _INSTEAD.get(type(node), "see ab_sim.engine.compiling for the subset")
             self.fail(node, f"'{ast.unparse(node)}' is not in the subset", instead)
         value: Value | None = method(node)
         return value
@@ -114,7 +114,7 @@ class Expressions(Operations):
         return self.as_number(node, self.value(node))
 
     def as_number(self, node: ast.AST, value: Value) -> Number:
-        """Return a value that has to be a number; else raise an error."""
+        """Return a value unchanged; raise an error if it is not a number."""
         if not isinstance(value, Number):
             self.fail(
                 node,

@@ -16,7 +16,7 @@ from ab_sim.tracing import functions
 
 
 class Array(NamedTuple):
-    """Mark of an annotation: array of numbers with a rank and an element type."""
+    """Marker in the annotation of an array: number of axes, and type of the elements."""
 
     rank: int
     element: type[float] | type[int]
@@ -32,7 +32,7 @@ IntegerTable = Annotated[NDArray[np.int64], Array(2, int)]
 def aligned(shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return an array of zeros that begins at a cache line.
 
-    numpy's own arrays may begin within a line, which at random costs about 10 %.
+    numpy's own arrays may begin within a cache line, which makes code about 10 % slower, at random.
     """
     size = math.prod(shape)
     raw = np.zeros(size + 8)

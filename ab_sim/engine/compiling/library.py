@@ -76,8 +76,8 @@ class Module:
         function: function that is called from outside as ``entry(first, others)``, with pointers
             to the leaves of its first argument and to those of the others, eight bytes each. The
             entry returns a number; the leaves of a record are written after the others.
-        known: values of records' fields, by name. Branches that are unreachable with these
-            values are left out, together with functions that only they call.
+        fixed: values of records' fields that are known at compile time, by name. Branches that are
+            unreachable with these values are left out, and functions that only they call.
         library: store of compiled functions.
     """
 

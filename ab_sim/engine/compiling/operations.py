@@ -1,7 +1,7 @@
 """Translate operations on numbers to LLVM IR.
 
-They are Python's, except that a division by zero follows IEEE 754, and that ints have 64 bits and
-wrap.
+Results are those of Python, except that a division by zero follows IEEE 754, and that ints have 64
+bits and wrap.
 """
 
 import ast
@@ -92,7 +92,7 @@ class Operations(BlockWriter):
             self.fail(
                 node,
                 f"{operator_.__name__} of {a.kind}s",
-                "see ab_sim.engine.compiling for what there is",
+                "see ab_sim.engine.compiling for the subset",
             )
         return Number(a.kind, self.put(f"{name} {a.kind.llvm} {a.code}, {b.code}"))
 

@@ -135,7 +135,8 @@ class FunctionTranslator(Conditions):
             self._assign_name(target, target.id, value)
         elif isinstance(target, ast.Tuple):
             if isinstance(value, Number | ArrayView) or len(value.kind.kinds) != len(target.elts):
-                self.fail(target, f"a {text_of(value.kind)} in {ast.unparse(target)}", "count")
+                what = f"a {text_of(value.kind)} in {ast.unparse(target)}"
+                self.fail(target, what, "write one name for each value")
             for k, part in enumerate(target.elts):
                 self._assign(part, self.field(value, k))
         elif isinstance(target, ast.Subscript):

@@ -19,7 +19,7 @@ from ab_sim.model.dynamics.system import (
 
 
 def around(balls: BallEvents, place: int) -> int:
-    """Return a place modulo n, as the row of balls is a ring; from -n to 2 n - 1."""
+    """Return a place in the ring of balls modulo n, for places from -n to 2 n - 1."""
     if place >= balls.number:
         return place - balls.number
     return place + balls.number if place < 0 else place
@@ -43,7 +43,7 @@ def moves_along(balls: BallEvents, k: int) -> bool:
 
 
 def row_start(balls: BallEvents) -> int:
-    """Return a place at which a row of joined balls begins; at most n - 1 contacts are closed."""
+    """Return a place at which a row of joined balls begins; at least one contact is open."""
     for k in range(balls.number):
         if balls.discrete[around(balls, k - 1), JOINED] == 0:
             return k

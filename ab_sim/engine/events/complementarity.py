@@ -100,8 +100,8 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
 def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
     """Set to rest ball ``stopped`` (-1 for none), every ball at most as fast, and their rows.
 
-    Its sliding speed at the event is zero up to rounding; ``choose_branches`` recognises rest by a
-    rate of exactly zero.
+    The sliding speed of ``stopped`` at the event is zero up to rounding, but ``choose_branches``
+    recognises rest by a rate of exactly zero.
     """
     first, still = balls.first_rate, STILL
     if stopped >= 0:

@@ -35,8 +35,8 @@ def crossing(
     """Return the root of a function from its values and rates at two ends with different signs.
 
     If the function falls at both ends, its inverse is interpolated by a cubic, which gives the
-    root directly. Otherwise the function itself is, and Newton's method with bisection finds the
-    root of the cubic. If a rate is NEVER (unknown), the interpolation is linear.
+    root directly. Otherwise the function itself is interpolated, and Newton's method with bisection
+    finds the root of the cubic. If a rate is NEVER (unknown), the interpolation is linear.
     """
     length, span = high - low, at_high - at_low
     part = -at_low / span

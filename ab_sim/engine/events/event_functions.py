@@ -25,7 +25,7 @@ from ab_sim.engine.events.balls import (
     row_start,
 )
 from ab_sim.engine.events.reactions import ROUNDING, largest_friction, put_pushes
-from ab_sim.engine.events.run import ASKED, MOST, PULL, SIZE, BallEvents, Run
+from ab_sim.engine.events.run import COMMANDED, MOST, PULL, SIZE, BallEvents, Run
 from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED, SPACING
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
@@ -154,12 +154,12 @@ def contact_functions(
 
 def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:
     """Compute MOTOR: margins of torque, or torque beyond the limit."""
-    asked, most, slot = balls.motor[ASKED], balls.motor[MOST], MOTOR * balls.number
+    commanded, most, slot = balls.motor[COMMANDED], balls.motor[MOST], MOTOR * balls.number
     limited = balls.discrete[balls.number, DIRECTION]
     if limited == 0:
-        value[slot] = most + asked
-        value[slot + 1] = most - asked
+        value[slot] = most + commanded
+        value[slot + 1] = most - commanded
     else:
-        value[slot] = limited * asked - most
+        value[slot] = limited * commanded - most
         value[slot + 1] = NEVER
-    rounding[slot] = rounding[slot + 1] = ROUNDING * (most + abs(asked))
+    rounding[slot] = rounding[slot + 1] = ROUNDING * (most + abs(commanded))

@@ -28,10 +28,10 @@ from ab_sim.model.dynamics.system import DIRECTION, JOINED
 ROUNDING = 1e-14
 """Bound of a momentum's rounding error, relative to the fastest ball's momentum."""
 SLOW_HOP = 3e-8
-"""Speed of parting [m/s] up to which balls that touch stay together in an impact elsewhere."""
+"""Separation speed [m/s] up to which touching balls stay together in an impact of other balls."""
 SLOW_IMPACT = 1e-6
-"""Impact speed [m/s] up to which no balls bounce or part. Such an impact may come from the gap that
-counts as zero, which balls cross between two events; with bounces it would recur without end."""
+"""Impact speed [m/s] up to which no balls bounce or separate. Balls may reach such a speed within a
+gap that counts as zero. If they bounced, the impacts would recur without end."""
 ROUNDS = 60
 """Maximum number of iterations."""
 
@@ -196,7 +196,7 @@ def jump(run: Run) -> None:
     if balls.has_motor:
         state[balls.spindle + 1] += x[spindle]
     if balls.has_energy_balance:
-        # The motor keeps a prescribed speed during the impact, and so does work.
+        # A motor that keeps the prescribed speed does work during the impact.
         if not balls.has_motor:
             state[state.size - 2] += balls.motor[SPEED] * turned
         state[state.size - 1] += lost

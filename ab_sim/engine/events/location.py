@@ -181,7 +181,7 @@ def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
 
 
 def event_within(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
-    """Return a function that is crossed in a trial step, and a time at which it is.
+    """Return a function that is crossed in a trial step, and a time at which it is crossed.
 
     Returns:
         Slot of the function, -1 if there is none, and the time since the step's beginning [s]. The
@@ -199,7 +199,7 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
 
     Each function is interpolated by a cubic through both ends. If one falls and rises again, a
     trial step to the cubic's minimum shows whether it is crossed there. Rates of forces are not
-    known and have to be measured, which is done only for forces small enough to reach zero.
+    known. They are measured only for forces that are small enough to reach zero.
 
     Returns:
         Slot of the function, -1 if there is none, and the time since the step's beginning [s].

@@ -46,7 +46,10 @@ def path_force_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
 
 
 def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
-    """Return the bound of the rounding error of ball i's forces [N], given that along the race."""
+    """Return the bound of the rounding error of the forces on ball i [N].
+
+    ``pull`` is the force along the race [N], and x are the accelerations of deck and spindle.
+    """
     # A deck's tilt acts on a ball through its weight, which is part of the forces.
     size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
     if balls.has_friction:

@@ -19,7 +19,7 @@ COUPLING = 12
 
     mu g = PATH_FORCE + COUPLING.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
 """
-ASKED, MOST, SPEED = 0, 1, 2
+COMMANDED, MOST, SPEED = 0, 1, 2
 """Elements of ``BallEvents.motor``: torque that the speed loop commands and its limit [N m], and
 the spindle's speed [rad/s]."""
 
@@ -176,7 +176,8 @@ class Run(NamedTuple):
     place: int
     """Index of the place on the speed profile in ``SceneFunctions.c``."""
     ball_column: int
-    """Index of the first ball's angle in a row, which is a sample from the spindle's angle on."""
+    """Index of the first ball's angle in a row: the columns of a sample from the spindle's angle
+    on."""
     quaternion: int
     """Index of the quaternion of a deck in space in the state; -1 for a deck in the plane."""
     has_events: bool

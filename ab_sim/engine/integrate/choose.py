@@ -30,9 +30,9 @@ class Choice(NamedTuple):
 
 
 USUAL = "rk8"
-"""Default stepper of ``auto``; ``accuracy:`` may find another one cheaper."""
+"""Default stepper of ``auto``; for a requested accuracy, another one may be cheaper."""
 STIFF = "imex8"
-"""Stepper of ``auto`` where it needs fewer evaluations than ``USUAL`` because of drag."""
+"""Stepper that ``auto`` takes if, because of drag, it needs fewer evaluations than ``USUAL``."""
 FEW_PARTS = 4
 """Number of parts of a step up to which ``USUAL`` is preferred, as it is more accurate."""
 MOST_PARTS = 1024
@@ -60,7 +60,7 @@ def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepp
 
 def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:
     longest, what = largest_step(stepper, step_limiting_rates(stepper, rates))
-    # A stable step suffices for a motion that decays, but an oscillation has to be followed.
+    # A stable step suffices for a motion that decays, but an oscillation must be resolved.
     if step > longest and rates[what].imag:
         longest = min(longest, FOLLOWED / abs(rates[what]))
     return stepper.in_parts(max(1, math.ceil(step / longest)))
@@ -76,13 +76,14 @@ def step_limiting_rates(stepper: Stepper, rates: Mapping[str, complex]) -> dict[
 
 
 def top_speed(scene: Scene, commanded: bool = False) -> float:
-    """Return the largest speed of the spindle [rad/s], at which steps have to be stable.
+    """Return the largest speed of the spindle [rad/s], up to which steps must be stable.
+
+    With commands or a motor, it is ``spindle.max_speed``, because the speed may differ from the
+    profile. Otherwise it is the largest speed of the profile.
 
     Args:
         scene: scene to run.
-        commanded: True if the run takes commands. The largest speed is then ``spindle.max_speed``,
-            and also with a motor, as its speed need not follow the profile. Otherwise the profile
-            gives the largest speed.
+        commanded: True if the run takes commands.
     """
     if commanded or "motor" in scene.effects:
         return scene.spindle.max_speed
@@ -99,7 +100,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     Args:
         scene: scene to run.
         system: system of the scene.
-        fastest: spindle speed [rad/s] up to which the step has to be stable; default: the
+        fastest: spindle speed [rad/s] up to which the step must be stable; default: the
             ``top_speed`` of the scene's profile.
 
     Raises:
@@ -108,8 +109,8 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     """
     if scene.accuracy is not None:
         raise SceneError(
-            "accuracy: has to be turned into a stepper and a step first, which takes runs of the "
-            "scene: ab_sim.resolve_accuracy(scene) returns the scene with them"
+            "accuracy: needs runs of the scene to choose a stepper and a step; "
+            "ab_sim.resolve_accuracy(scene) does so, and returns the scene with them"
         )
     _check_no_parameters_of_auto(scene.solver)
     step, name = scene.solver.step, scene.solver.stepper
@@ -145,7 +146,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
 
 
 def _check_no_parameters_of_auto(solver: Solver) -> None:
-    """Refuse parameters for ``auto``, as they belong to one stepper, which has to be named."""
+    """Refuse parameters for ``auto``, as they belong to one stepper, which must be named."""
     if solver.stepper != AUTO or not solver.parameters:
         return
     key, value = next(iter(solver.parameters.items()))

@@ -53,7 +53,7 @@ class VectorField:
         self.layout = layout_of(system)
         """Names and positions of the states."""
         self.discrete_state = _shaped(
-            "modes", discrete_state, (len(system.balls) + 1, DISCRETE_COLUMNS), np.int64
+            "discrete_state", discrete_state, (len(system.balls) + 1, DISCRETE_COLUMNS), np.int64
         )
         self._code = code_of(system, type(scheduled.segment))
         place = place_on(scheduled)

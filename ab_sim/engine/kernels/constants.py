@@ -1,8 +1,8 @@
 """Constants of a scene in memory: traced as inputs, filled in with numbers.
 
-In memory come the raw constants of deck and effects, in the order of ``flattened``; the columns of
+Their order in memory: raw constants of deck and effects, in the order of ``flattened``; columns of
 the balls; the place on the speed profile, which a driver changes from one range of steps to the
-next; and derived constants, which the emitted ``prepare`` computes.
+next; derived constants, which the emitted ``prepare`` computes.
 """
 
 from collections.abc import Callable, Iterator

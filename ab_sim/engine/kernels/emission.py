@@ -55,8 +55,8 @@ class Emission:
         """Number of constants, including derived ones."""
         self.derived: list[Expression] = []
         """Derived constants, in the order in which they follow the raw ones."""
-        # Subexpressions that depend on parameters only leave the functions: ``prepare`` computes
-        # them once, and the functions load them.
+        # Subexpressions that depend on parameters only are moved out of the functions: ``prepare``
+        # computes them once, and the functions load them.
         for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
             self.known[x.number] = MemorySlot(CONSTANTS, self.size)
             self.derived.append(x)
@@ -68,9 +68,9 @@ class Emission:
             self.roots["table"] = model.with_forces(self.roots["table"], accelerations)
 
     def implicit_slope(self) -> list[Expression]:
-        """Return the rates of change with drag at the speeds after the time ``ahead``.
+        """Return the rates of change with the drag at the speeds reached after ``ahead`` [s].
 
-        The input ``ahead`` makes drag implicit, see ``Model.mobility``.
+        The input ``ahead`` makes the drag implicit, see ``Model.mobility``.
         """
         at, ahead = self.model.motion(), self.model.graph.input("ahead", Level.TIME)
         slope = self.model.slope(at, self.model.evaluated(at, ahead))
@@ -90,8 +90,8 @@ class Emission:
     def motor(self, evaluated: Evaluated) -> list[Expression]:
         """Return the commanded torque and its limit [N m], and the spindle's speed [rad/s]."""
         torques = evaluated.torques
-        asked = (torques.commanded, torques.limit) if torques else (0.0, 0.0)
-        return [self.model.lifted(x) for x in (*asked, evaluated.spindle.speed)]
+        pair = (torques.commanded, torques.limit) if torques else (0.0, 0.0)
+        return [self.model.lifted(x) for x in (*pair, evaluated.spindle.speed)]
 
     def lowered(self, roots: Mapping[str, Sequence[Expression]]) -> dict[str, list[Expression]]:
         """Return groups of expressions, lowered together so that they share subexpressions."""
@@ -181,11 +181,11 @@ class Emission:
         """Emit stores in the layout of a row: spindle and deck, numbers of each ball, motor."""
         for k, x in enumerate(first):
             body.store(x, MemorySlot(pointer, k))
-        behind, n = len(first), self.model.count
+        ball_column, n = len(first), self.model.count
         for k, node in enumerate(of_balls if n else ()):
-            body.store(node, MemorySlot(pointer, behind + k, stride=len(of_balls)))
+            body.store(node, MemorySlot(pointer, ball_column + k, stride=len(of_balls)))
         if self.model.has_motor:
-            body.store(torque, MemorySlot(pointer, behind + len(of_balls) * n))
+            body.store(torque, MemorySlot(pointer, ball_column + len(of_balls) * n))
 
     def slope(self, lanes: int = 1) -> Function:
         """Emit ``slope(c, b, y, k, time)``, which writes the rates of change of the states to k."""
@@ -231,7 +231,7 @@ class Emission:
         return into
 
     def restitution(self) -> Function:
-        """Emit ``restitution(c, b, out, approach)``, which computes the coefficient."""
+        """Emit ``restitution(c, b, out, approach)``: the coefficient for an approach speed."""
         into, body = self.function("restitution", ["out"], ["approach"])
         (root,) = lowered([self.model.restitution()])
         body.store(root, MemorySlot("out", 0))

@@ -156,7 +156,12 @@ class Model:
     def arrow(
         self, at: TracedState, c: Number | None = None, s: Number | None = None
     ) -> tuple[SpindleMotion, Torques | None, OnRace, Arrow]:
-        """Return the equations before their solution; c, s may give the balls' cos and sin."""
+        """Return the spindle's motion and torques, the balls' positions, and the equations.
+
+        Args:
+            at: state.
+            c, s: cosine and sine of the balls' angles; None to compute them.
+        """
         spindle, torques = self.spindle(at)
         c = cos(at.theta) if c is None else c
         s = sin(at.theta) if s is None else s
@@ -201,14 +206,14 @@ class Model:
         """
         when = self.graph.input("profile_time", Level.TIME)
         segment, turned = self.place.segment, self.place.segment.angle(when)
-        asked, spindle = segment.speed(when), forces.spindle
+        requested, spindle = segment.speed(when), forces.spindle
         if at.spindle is None:
-            angle, speed, psi = self.place.angle + turned, asked, self.place.phase + turned
+            angle, speed, psi = self.place.angle + turned, requested, self.place.phase + turned
         else:
             angle, speed, psi = at.spindle.psi, at.spindle.speed, at.spindle.psi
         spindle_here = spindle._replace(cos=cos(psi), sin=sin(psi))
         deck_channels = self.deck.channels(self.effects, spindle_here, at.deck, forces.solved.x)
-        row = [angle, speed, asked, *deck_channels]
+        row = [angle, speed, requested, *deck_channels]
         return [self.lifted(x) for x in row]
 
     def table(self, at: TracedState, forces: Evaluated) -> list[Expression]:

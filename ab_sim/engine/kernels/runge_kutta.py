@@ -132,7 +132,7 @@ class _Step:
         lanes: number of runs computed together.
         parts: number of equal parts of the step; a loop repeats the method for each.
         roots: rates of change of the states.
-        ahead: whether the rates take the input ``ahead``.
+        ahead: True if the rates take the input ``ahead``.
     """
 
     def __init__(

@@ -43,7 +43,7 @@ def run_of(
         step: step length [s].
         state: state, shape (states,); updated by the run.
         discrete: ``BallEvents.discrete``; updated by the run.
-        bounds: magnitudes that no sound run reaches, shape (states,).
+        bounds: largest valid magnitudes of the states, shape (states,).
     """
     balls = balls_of(system, discrete)
     work = workspace(balls, bounds)

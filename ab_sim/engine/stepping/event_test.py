@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ab_sim.engine.events.event_functions import NEVER
 from ab_sim.engine.events.location import DOUBT, NEAR, SHORTLY
-from ab_sim.engine.events.run import ASKED, GRIP, MOST, NORMAL, PULL, SIZE
+from ab_sim.engine.events.run import COMMANDED, GRIP, MOST, NORMAL, PULL, SIZE
 from ab_sim.engine.kernels.code import Code
 from ab_sim.engine.kernels.emission import Emission
 from ab_sim.tracing import Expression, Graph, Level, total, where
@@ -149,12 +149,12 @@ def _forces(emission: Emission) -> list[_Function]:
             _Function(where(sticks, grip - pull, NEVER), size),
         ]
     if model.has_motor:
-        asked, most = (emission.roots["motor"][k] for k in (ASKED, MOST))
+        commanded, most = (emission.roots["motor"][k] for k in (COMMANDED, MOST))
         limit = model.graph.input("limit", Level.TIME)
-        free, size = abs(limit) <= 0.0, most + abs(asked)
+        free, size = abs(limit) <= 0.0, most + abs(commanded)
         functions += [
-            _Function(where(free, most + asked, limit * asked - most), size),
-            _Function(where(free, most - asked, NEVER), size),
+            _Function(where(free, most + commanded, limit * commanded - most), size),
+            _Function(where(free, most - commanded, NEVER), size),
         ]
     return functions
 

@@ -20,8 +20,8 @@ PLACE_UNTIL = 2
 STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
 """Columns of a sample: steps taken; time [s]; angle and speed of the spindle [rad, rad/s];
 requested speed [rad/s]; the first of the deck's channels. Then follow each ball's angle and rate,
-and a motor's torque. A *row* is the part of a sample from ANGLE to here. The caller fills in the
-sensor readings after it."""
+and a motor's torque. A *row* is the part of a sample from ANGLE to the torque. The sensor readings
+after it are filled in by the caller."""
 TWO_PI_REST = 2.4492935982947064e-16
 """Difference of 2 pi and the floating-point number nearest to it."""
 DRIFT = 1e-12
@@ -32,8 +32,8 @@ depend on the norm; only its rounding does."""
 class EqualSteps(NamedTuple):
     """Times of consecutive steps of one length.
 
-    Times are products of step and number, not sums, so that they do not depend on how a run is cut
-    up. The offset is added last, so that a part of microseconds keeps its digits.
+    Times are products of step and number, not sums, so that they do not depend on how a run is
+    divided into calls. The offset is added last, so that a part of microseconds keeps its digits.
     """
 
     start: float

@@ -16,7 +16,7 @@ from ab_sim.engine.compiling.kinds import Table, call
 from ab_sim.engine.events.run import ImplicitWork, Run
 
 KEPT = 6
-"""Newton iterations per Jacobian."""
+"""Number of Newton iterations after which the Jacobian is computed again."""
 MOST = 60
 """Maximum number of iterations; a step that needs more returns a state that is not finite."""
 CLOSE, SETTLED = 1e-14, 1e-7
@@ -60,7 +60,7 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
             equations[i, i] += 1.0
             equations[i, states] = reach * work.slope_there[i] + kept * past[i] - d[i]
         reduce(equations, states)
-        # Deck and balls are judged separately: their states differ by orders of magnitude.
+        # Deck and balls are tested separately: their states differ by orders of magnitude.
         balls = run.balls.first_angle
         change = max(
             share_changed(work, reach, 0, balls), share_changed(work, reach, balls, states)
@@ -95,9 +95,10 @@ def differentiate(work: ImplicitWork, run: Run) -> None:
 
 
 def share_changed(work: ImplicitWork, reach: float, first: int, end: int) -> float:
-    """Return the correction of states ``first`` to ``end``, relative to the step's change of them.
+    """Return the largest correction of some states, relative to their largest change in the step.
 
-    Both are the largest over these states: one that stays at zero by symmetry is only rounding.
+    Both maxima are over the states from ``first`` to before ``end``. Single states are not
+    compared, because one that stays at zero by symmetry contains only rounding.
     """
     size, most, column = 0.0, 0.0, work.change.size
     for j in range(first, end):

@@ -52,7 +52,7 @@ class LanesOverEvents(NamedTuple):
     seen: Table
     """Memory of ``event_test`` between steps, shape (numbers, 8)."""
     evaluate: int
-    """Function evaluate(c, b, t, y, k, x, motor, table), in lanes. With contact."""
+    """Function evaluate(c, b, t, y, k, x, motor, table), in lanes; used with contact."""
     x: Table
     """``BallEvents.x`` of all runs, shape (K, 8)."""
     motor: Table
@@ -188,9 +188,9 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
 
 
 def join(all_runs: LanesOverEvents) -> None:
-    """Check the branches of runs whose step ended in doubt, or whose angles were unwound.
+    """Check the branches of runs whose step was not resolved, or whose angles were unwound.
 
-    The memory of ``event_test`` then follows, as states or branches have changed.
+    Then update the memory of ``event_test``, because states or branches have changed.
     """
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
@@ -242,7 +242,7 @@ def put_in(table: Table, values: Floats, lane: int) -> None:
 
 
 def reuse_step_ends(all_runs: LanesOverEvents) -> None:
-    """Reuse what was evaluated at each run's step end for its next start."""
+    """Reuse the values at the end of each run's step as those at the start of its next step."""
     lane = 0
     for run in all_runs.one:
         if is_going(all_runs.lanes, lane) and all_runs.took_alone[lane] != 2.0:

@@ -18,9 +18,10 @@ or normalising a quaternion has changed its state, else 0."""
 def settle_address(code: Code, layout: StateLayout, quaternion: int, lanes: int) -> int:
     """Return the address of ``settle(t, y, trial, bounds, turns, said)``, in lanes.
 
-    It does for each lane what ``fixed_step.unwind`` and ``location.within_bounds`` do for one run.
-    The length of each run's step follows t; a run with length 0 keeps its state. ``turns`` has a
-    line for each ball, and one for the spindle if a motor drives it; ``said`` has the lines above.
+    The function does for each lane what ``fixed_step.unwind`` and ``location.within_bounds`` do for
+    one run. The length of each run's step follows t; a run with length 0 keeps its state. ``turns``
+    has a line for each ball, and one for the spindle if a motor drives it; ``said`` has the lines
+    above.
 
     Args:
         code: machine code of the kind of scene, which caches the function.

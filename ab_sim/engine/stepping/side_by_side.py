@@ -66,7 +66,7 @@ class LaneRuns(NamedTuple):
     said: Table
     """Flags of each run, shape (2, 8), lines as in ``settle``."""
     sound: Floats
-    """Number of steps that each run was within its bounds, shape (8,)."""
+    """Number of steps at whose end each run was within its bounds, shape (8,)."""
     slopes: Table
     """Slopes at the states, shape (states, 8)."""
     trial: Table
@@ -90,13 +90,13 @@ class LaneSamples(NamedTuple):
 
     @classmethod
     def by_sample(cls, samples: np.ndarray) -> "LaneSamples":
-        """Use an array of shape (8, samples, channels), C-contiguous."""
+        """Return the memory of an array of shape (8, samples, channels), C-contiguous."""
         _, count, channels = samples.shape
         return cls(samples.reshape(-1), count * channels, channels, 1)
 
     @classmethod
     def by_channel(cls, samples: np.ndarray) -> "LaneSamples":
-        """Use an array of shape (8, channels, samples or more), C-contiguous."""
+        """Return the memory of an array of shape (8, channels, samples or more), C-contiguous."""
         _, channels, room = samples.shape
         return cls(samples.reshape(-1), channels * room, 1, room)
 
@@ -164,8 +164,8 @@ def local_time(runs: LaneRuns, plan: LanePlan, s: int, k: int, lane: int) -> flo
 def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: int) -> bool:
     """Record the sample after a row's k-th step if it is due; return whether it was.
 
-    A sample is due at the end of every ``every``-th whole step. Recording also computes the
-    slopes, so that the caller need not.
+    A sample is due at the end of every ``every``-th whole step. Recording also computes the slopes
+    there. If no sample is due, the caller computes them.
     """
     if plan.rows[s, FINISHES] == 0:
         return False

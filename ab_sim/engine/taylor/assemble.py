@@ -111,10 +111,10 @@ def lanes_of(
 
 
 def run_by_taylor(run: Run, system: System, code: Code, parameters: TaylorParameters) -> TaylorRun:
-    """Return a single run, which uses the memory of ``run``, of ``memory_size`` numbers.
+    """Return a single run by Taylor's method, whose state is in the memory of ``run``.
 
     Args:
-        run: the Run.
+        run: Run with a memory of ``memory_size`` numbers.
         system: system to simulate.
         code: machine code of its kind of scene.
         parameters: parameters of the method.

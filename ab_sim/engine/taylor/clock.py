@@ -64,7 +64,7 @@ class ClockLines:
 
 
 class DueSamples(NamedTuple):
-    """Result of ``due_samples``."""
+    """New lines of the clock, and numbers of runs with samples: result of ``due_samples``."""
 
     lines: dict[int, Expression]
     """New values of the lines that change."""

@@ -1,8 +1,9 @@
 """Taylor steps of one run along a speed profile; the scene's fixed steps are samples of them.
 
-Steps do not depend on how the calls divide a run: the begin of the current step and the state there
-are in the run's memory, and its series is computed from them. No step extends beyond the end of a
-profile segment. After a kink or a command, the next step begins at the present sample.
+Steps do not depend on how a run is divided into calls: the beginning of the current step and the
+state there are in the run's memory, and the step's series is computed from them. No step extends
+beyond the end of a profile segment. After a kink or a command, the next step begins at the present
+sample.
 """
 
 from ab_sim.engine.compiling.kinds import Table

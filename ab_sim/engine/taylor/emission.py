@@ -176,7 +176,7 @@ class TaylorEmission:
         return self._emission.function(name, pointers, INPUTS, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
-        """Store whether a state is within its bounds."""
+        """Store flags and counts that show whether a state is within its bounds."""
         inside = self._model.lifted(1.0)
         for x, bound in zip(state, self._named("bounds", body), strict=True):
             beyond = where(abs(x) < bound, 0.0, self._model.lifted(1.0))
@@ -215,7 +215,7 @@ class TaylorEmission:
         return totals
 
     def _named(self, pointer: str, body: Body) -> list[Expression]:
-        """Return the states to which a pointer refers."""
+        """Return the states at a pointer as inputs, and add their places to ``body``."""
         input_, named = self._model.graph.input, []
         for name, place in self._emission.state_places(pointer).items():
             body.places[f"{pointer}.{name}"] = place

@@ -48,8 +48,8 @@ MM = 1e-3
 def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: int) -> Expression:
     """Return the squared norm of coefficient k, over balls' angles and the deck's position.
 
-    The deck's displacement is divided by the race's radius, without balls by 1 mm; its rotations
-    count as they are.
+    The deck's displacement is divided by the race's radius, or by 1 mm without balls. Its rotations
+    are not scaled.
 
     Args:
         model: see ``state_coefficients``.
@@ -70,7 +70,7 @@ def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: 
 
 
 class _Equations:
-    """Equations of motion, with accelerations as unknowns that have series themselves."""
+    """Equations of motion in which the accelerations are unknown series."""
 
     def __init__(self, model: Model) -> None:
         self._model, graph, lifted = model, model.graph, model.lifted

@@ -17,7 +17,7 @@ from ab_sim.engine.integrate.registry import Parameter, register_family
 from ab_sim.engine.integrate.stepper import Stepper
 
 ROUNDING = 1e-7
-"""Rounding error of a root's modulus; two nearly equal roots are found to half of the digits."""
+"""Bound of the rounding error of a root's modulus; nearly equal roots have half of the digits."""
 
 
 class Alpha(NamedTuple):
@@ -47,7 +47,7 @@ def growth_of(weights: Alpha, z: complex) -> complex:
 
 
 RADIUS = Parameter(
-    "share that a step leaves of what is infinitely fast: 0 takes it away at once, 1 keeps it",
+    "factor by which a step multiplies infinitely fast motions: 0 damps them at once, 1 keeps them",
     default=0.8,
     lowest=0.0,
     highest=1.0,

@@ -1,4 +1,4 @@
-"""Taylor's method, in the method's own steps, in which the scene's steps are samples.
+"""Taylor's method, which chooses its own steps; the scene's steps are samples within them.
 
 See ``ab_sim.engine.taylor``. Sources: Jorba and Zou (2005), Exp. Math. 14, 99-117, for order and
 length of a step from the tolerance; Moore, Interval Analysis (1966), ch. 11, for the recurrences.
@@ -17,7 +17,7 @@ LOWEST, HIGHEST = 6, 16
 MOST_STEPS = 8
 """Maximum number of the scene's steps in one of the method's own, if a number is given."""
 TOLERANCE = Parameter(
-    "how large the last term of each step's series may be, in balls' angles and in the deck's "
+    "largest last term of each step's series, for the balls' angles and for the deck's "
     "displacement over the race's radius",
     1e-11,
     1e-16,
@@ -25,7 +25,7 @@ TOLERANCE = Parameter(
     "rad",
 )
 ORDER = Parameter(
-    "of the series; 0 for the one that suits the tolerance",
+    "order of the series; 0 chooses it from the tolerance",
     0.0,
     0.0,
     float(HIGHEST),
@@ -34,8 +34,8 @@ ORDER = Parameter(
 
 
 STEPS = Parameter(
-    "how many of the scene's steps each step of its own goes over, whatever error that leaves; 0 "
-    "for as many, or such a part of one, as the tolerance allows",
+    "number of the scene's steps in one step of the method, whatever the error; 0: as many, or "
+    "the part of one, that the tolerance allows",
     0.0,
     0.0,
     float(MOST_STEPS),
@@ -50,7 +50,7 @@ class TaylorParameters(NamedTuple):
     """Tolerance [rad]."""
     order: int
     steps: float
-    """Number of the scene's steps in each of the method's own; 0 for the tolerance's choice."""
+    """Number of the scene's steps in each of the method's own; 0 to choose by the tolerance."""
 
 
 def order_for(tolerance: float) -> int:
