@@ -137,7 +137,9 @@ def _balls(raw: Mapping[str, Any]) -> int:
 
 def _set(raw: dict[str, Any], change: Change, balls: int) -> None:
     here, owner, last = _owner(raw, change, balls, create=True)
-    here[_place(here, last, owner, change.origin) if isinstance(here, list) else last] = change.value
+    here[_place(here, last, owner, change.origin) if isinstance(here, list) else last] = (
+        change.value
+    )
 
 
 def _remove(raw: dict[str, Any], change: Change, balls: int) -> None:

@@ -97,7 +97,8 @@ def check_deck(scene: WithDeck) -> None:
     """Refuse sections that have no meaning for this kind of deck, and impossible values.
 
     Raises:
-        ValueError: the message names key, value, allowed range and remedy.
+        ValueError: a section or an effect does not apply, or a value is impossible; the message
+            names key, value, allowed range and remedy.
     """
     if scene.deck is None:
         _check_plane(scene)

@@ -19,7 +19,7 @@ def check_deck_model(name: str | None, in_space: bool) -> None:
 
     Args:
         name: name of the model in the scene; None for the default model.
-        in_space: whether the scene has a section ``deck``.
+        in_space: True if the scene has a section ``deck``.
 
     Raises:
         ValueError: the model is unknown, or made for the other kind of deck; the message names the

@@ -10,5 +10,5 @@ radii."""
 
 
 def ball_radius(race: float, count: int) -> float:
-    """Return a radius for balls without one, in the unit of the race radius, so that all fit."""
+    """Return the radius at which balls without one are drawn, in the unit of ``race``; all fit."""
     return race * min(0.1, 2.5 / max(count, 1))

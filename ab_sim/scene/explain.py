@@ -45,8 +45,8 @@ def explain(
     Args:
         error: pydantic's error.
         at: key of the checked part in the scene.
-        only_own_fields: leave out findings on the whole scene, which may only follow from a part
-            that is wrong by itself.
+        only_own_fields: True to leave out findings on the whole scene, which may only follow from
+            a part that is wrong by itself.
     """
     messages: list[str] = []
     for finding in error.errors(include_url=False):

@@ -102,7 +102,7 @@ class Scene(Section):
 
     @property
     def total_mass(self) -> float:
-        """Return M [kg]: everything that moves on the suspension, balls included."""
+        """Return the total mass M on the suspension [kg], balls included."""
         if self.rotor.total_mass is not None:
             return self.rotor.total_mass
         assert self.rotor.mass is not None
@@ -110,7 +110,7 @@ class Scene(Section):
 
     @property
     def eccentric_mass(self) -> float:
-        """Return M0 [kg], the mass whose centre is off the shaft axis by the eccentricity e."""
+        """Return M0, the mass whose centre is off the shaft axis by the eccentricity e [kg]."""
         if self.rotor.eccentric_mass is not None:
             return self.rotor.eccentric_mass
         return self.total_mass - self.balls.total_mass
@@ -130,7 +130,7 @@ class Scene(Section):
 
     @property
     def critical_speed(self) -> float | None:
-        """Return omega_n = sqrt(k/M) [rad/s] (thesis (2-14)); None without a suspension."""
+        """Return the critical speed sqrt(k/M) [rad/s] (thesis (2-14)); None without suspension."""
         suspension = self.effects.get("suspension")
         return None if suspension is None else math.sqrt(suspension.stiffness / self.total_mass)
 

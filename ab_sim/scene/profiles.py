@@ -87,8 +87,8 @@ KINDS: tuple[str, ...] = tuple(
 def planned(profile: AnyProfile | None) -> AnyProfile | None:
     """Return a profile that is known in advance, without decisions during the run.
 
-    Segments that end on a condition last as long as they may, and an adaptive start-up accelerates
-    without a pause.
+    Segments that end on a condition get their longest duration, and an adaptive start-up
+    accelerates without a pause.
     """
     if isinstance(profile, SegmentsProfile):
         return profile.lasting

@@ -38,9 +38,9 @@ def register(
 
     Args:
         name: name in scenes.
-        equation: its equation, one line, symbols as in docs/equations.md.
-        source: source of the equation, with its number there.
-        uses_ball_radius: whether a scene with the effect must give ``balls.radius``.
+        equation: equation of the effect, one line, symbols as in docs/equations.md.
+        source: source of the equation, with the equation's number there.
+        uses_ball_radius: True if a scene with the effect must give ``balls.radius``.
 
     Raises:
         ValueError: another effect has the name, or a class of the same name.

@@ -119,7 +119,7 @@ class Segment(Section):
         return 0.0 if self.acceleration is None else self.acceleration
 
     def ramp(self, speed: float) -> tuple[float, float]:
-        """Return the duration [s], or the longest one, and the acceleration [rad/s^2].
+        """Return the segment's longest duration [s] and its acceleration [rad/s^2].
 
         Args:
             speed: speed at which the segment begins [rad/s].
@@ -132,7 +132,7 @@ class Segment(Section):
         return lasts, self._slope
 
     def end(self, speed: float) -> float:
-        """Return the speed at the end [rad/s] for the longest duration."""
+        """Return the speed after the longest duration [rad/s]; ``speed`` is that at the start."""
         if self.to is not None:
             return self.to
         duration, slope = self.ramp(speed)
@@ -171,7 +171,7 @@ class SegmentsProfile(Section):
             yield speeds
 
     def top_speed(self, first: float) -> float:
-        """Return the largest possible magnitude of the speed, from ``first`` on [rad/s]."""
+        """Return the largest possible magnitude of the speed if it begins at ``first`` [rad/s]."""
         return max(max(-low, high) for low, high in self.speeds(first))
 
     @property

@@ -109,7 +109,7 @@ class Latex(Notation):
         return PrintedText(rf"\frac{{{above.text}}}{{{below.text}}}", Holds.ATOM)
 
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """Return an integer power, 2 or more."""
+        """Return a power whose exponent is a whole number, 2 or more."""
         tight = base.holds == Holds.ATOM and not base.text.startswith(r"\frac")
         text = base.text if tight else self.bracketed(base.text)
         return PrintedText(f"{text}^{{{by}}}", Holds.POWER)

@@ -134,7 +134,10 @@ class Function:
         return self._wide[value, width]
 
     def shuffled(self, value: str, width: int, which: Sequence[int], other: str = "poison") -> str:
-        """Append a shuffle, and return its name: the elements ``which`` of two vectors in a row."""
+        """Append a selection of elements from two vectors, and return its name.
+
+        ``which`` has their numbers, in which the elements of ``other`` follow those of ``value``.
+        """
         of, order = kind(width), ", ".join(f"i32 {k}" for k in which)
         return self.put(f"shufflevector {of} {value}, {of} {other}, <{len(which)} x i32> <{order}>")
 

@@ -84,7 +84,10 @@ class MachineCode:
 
 
 def processor_features() -> str:
-    """Return the processor features that code may use, in LLVM's notation, ``LIMIT`` included."""
+    """Return the processor features that code may use, in LLVM's notation.
+
+    The environment variable ``LIMIT`` is appended, which turns features off.
+    """
     features, limit = str(llvm.get_host_cpu_features().flatten()), os.environ.get(LIMIT, "")
     return f"{features},{limit}" if limit else features
 

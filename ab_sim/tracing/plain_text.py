@@ -53,7 +53,7 @@ class PlainText(Notation):
         return PrintedText(f"{top}/{bottom}", Holds.OPEN)
 
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """Return an integer power, 2 or more."""
+        """Return a power whose exponent is a whole number, 2 or more."""
         return PrintedText(f"{self.tight(base, Holds.ATOM)}^{by}", Holds.POWER)
 
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:

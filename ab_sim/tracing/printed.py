@@ -66,7 +66,7 @@ class Notation(ABC):
 
     @abstractmethod
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """Return an integer power, 2 or more."""
+        """Return a power whose exponent is a whole number, 2 or more."""
 
     @abstractmethod
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:

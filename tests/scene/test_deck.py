@@ -36,16 +36,17 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"deck": {"inertia": [1, 1, NAN]}}, "deck.inertia.2 = nan: must be a finite number;"),
     (
         {"deck": {"inertia": [1e-4, 1e-4, 3e-4]}},
-        "deck.inertia = [0.0001, 0.0001, 0.0003] kg m^2: no rigid body has it; the principal moments are "
-        "0.0001, 0.0001, 0.0003: none may be negative, or larger than the sum of the two others",
+        "deck.inertia = [0.0001, 0.0001, 0.0003] kg m^2: no rigid body has it; the principal "
+        "moments are 0.0001, 0.0001, 0.0003: none may be negative, or larger than the sum of the "
+        "two others",
     ),
     ({"deck": {"inertia": [1, 1, 1, 2, 0, 0]}}, "deck.inertia = [1.0, 1.0, 1.0, 2.0, 0.0, 0.0] kg"),
-    ({"deck": {"inertia": [0, 0, 0]}}, "deck.inertia = [0.0, 0.0, 0.0] kg m^2: no rigid body has it"),
+    ({"deck": {"inertia": [0, 0, 0]}}, "deck.inertia = [0.0, 0.0, 0.0] kg m^2: no rigid body"),
     ({"deck": {"center": [0, 0]}}, "deck.center.2: is missing; add it;"),
     ({"deck": {"center": [0, 0, 11]}}, "deck.center.2 = 11: must be at most 10;"),
     ({"deck": {"mass": 1.0}}, "deck.mass = 1.0: not known here"),
     ({"rotor": {"inertia": None}}, "rotor.inertia: is needed, the scene has a deck in space (deck"),
-    ({"rotor": {"inertia": [1, -1, 1]}}, "rotor.inertia = [1.0, -1.0, 1.0] kg m^2: no rigid body has it"),
+    ({"rotor": {"inertia": [1, -1, 1]}}, "rotor.inertia = [1.0, -1.0, 1.0] kg m^2: no rigid"),
     ({"rotor": {"inertia": [1]}}, "rotor.inertia = [1]: has 1 numbers; give [xx, yy, zz], or"),
     (
         {"rotor": {"eccentric_mass": None}},

@@ -96,7 +96,7 @@ class BlockWriter:
         self._count = 0
 
     def new(self, of: str = "") -> str:
-        """Return a new name without LLVM's %; values get numbers, which LLVM does not store."""
+        """Return a new name, without LLVM's %; without ``of`` it is a number, which is faster."""
         self._count += 1
         return f"{of}{self._count}"
 

@@ -189,7 +189,10 @@ class _Entry:
             self.run = functools.partial(_record_from, call, of_result, _struct(leaves(of_result)))
 
     def row(self, unpacked: int) -> Callable[..., tuple[Any, ...]]:
-        """Return a function from arguments to leaves, without the first ``unpacked`` others."""
+        """Return a function from arguments to their leaves.
+
+        Its arguments are those after the first one and the ``unpacked`` ones that follow it.
+        """
         if unpacked not in self._rows:
             remaining = self._others[unpacked:]
             parts = [

@@ -98,10 +98,15 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
 
 
 def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
-    """Set to rest ball ``stopped`` (-1 for none), every ball at most as fast, and their rows.
+    """Set a ball to rest whose sliding speed is zero up to rounding, with equally slow balls.
 
-    The sliding speed of ``stopped`` at the event is zero up to rounding, but ``choose_branches``
-    recognises rest by a rate of exactly zero.
+    ``choose_branches`` recognises rest by a rate of exactly zero. The rows of these balls are set
+    to rest, too.
+
+    Args:
+        balls: balls with their rows.
+        state: state of the system, changed in place.
+        stopped: ball that has stopped; -1 for none.
     """
     first, still = balls.first_rate, STILL
     if stopped >= 0:

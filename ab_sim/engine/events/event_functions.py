@@ -84,7 +84,7 @@ def evaluate_at_start(run: Run) -> None:
 def friction_functions(
     balls: BallEvents, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
-    """Compute SLIDE, HOLD and LOAD for each ball by itself."""
+    """Compute SLIDE, HOLD and LOAD for each ball, without the balls that lean on it."""
     n, first = balls.number, balls.first_rate
     for i in range(n):
         force, direction = balls.force[i], balls.discrete[i, DIRECTION]

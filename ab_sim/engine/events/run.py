@@ -5,17 +5,30 @@ from typing import NamedTuple
 from ab_sim.engine.compiling.kinds import Floats, Integers, IntegerTable, Table, call
 
 LOAD, INERTIA, PATH_FORCE, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
-"""Lines of ``BallEvents.table``, with a column for each ball: normal force without the terms with
-accelerations [N]; mu [kg]; force along the race without accelerations, friction and neighbours [N];
-coefficient of friction with the sign of sliding, 0 if the ball sticks or is not loaded; coefficient
-of friction; path speed [m/s]; the race's radius of curvature [m]; length along the race from angle
-0, without whole turns [m]; path acceleration g [m/s^2]."""
+"""Lines of ``BallEvents.table``, with a column for each ball:
+
+- LOAD: normal force without the terms with accelerations [N].
+- INERTIA: mu [kg].
+- PATH_FORCE: force along the race without accelerations, friction and neighbours [N].
+- FRICTION: coefficient of friction with the sign of sliding, 0 if the ball sticks or is not loaded.
+- GRIP: coefficient of friction.
+- PATH: path speed [m/s].
+- CURVE: the race's radius of curvature [m].
+- ALONG: length along the race from angle 0, without whole turns [m].
+- PATH_ACCELERATION: path acceleration g [m/s^2].
+"""
 NORMAL, PULL, SIZE = 9, 10, 11
-"""Further lines: normal force N [N]; force along the race without neighbours' pushes and static
-friction, PATH_FORCE + COUPLING.x - FRICTION N [N]; sum of the magnitudes of the terms of these
-forces, to which their rounding errors are relative [N]."""
+"""Further lines of ``BallEvents.table``:
+
+- NORMAL: normal force N [N].
+- PULL: force along the race without neighbours' pushes and static friction [N], PATH_FORCE +
+  COUPLING.x - FRICTION N.
+- SIZE: sum of the magnitudes of the terms of these forces [N], to which their rounding errors are
+  relative.
+"""
 COUPLING = 12
-"""First of K lines COUPLING, which K lines PRESS follow. With N the race's normal force,
+"""First of K lines COUPLING of ``BallEvents.table``, followed by K lines PRESS. They are the
+coefficients of the accelerations x in a ball's equation, with N the race's normal force:
 
     mu g = PATH_FORCE + COUPLING.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
 """

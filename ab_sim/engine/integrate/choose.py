@@ -45,8 +45,8 @@ def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepp
     """Return the stepper that is stable at this step with the least effort.
 
     Returns:
-        The stepper, which may divide the step into parts; None if no stepper is stable, or if
-        steps would have to be divided below one sample per revolution.
+        The stepper, which may divide the step into parts; None if no stepper is stable, or if the
+        step would be divided although it samples a revolution less than once.
     """
     usual, stiff = (_in_stable_parts(stepper_named(name), step, rates) for name in (USUAL, STIFF))
     if usual.parts == 1:

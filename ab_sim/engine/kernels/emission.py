@@ -125,7 +125,7 @@ class Emission:
         uniform: Sequence[str] = (),
         times: bool = False,
     ) -> tuple[Function, Body]:
-        """Return a function with the arguments c, b, pointers and numbers, and its empty body.
+        """Return a new function with the arguments c, b, pointers and numbers, and its empty body.
 
         Args:
             name: name of the function.

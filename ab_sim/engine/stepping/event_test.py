@@ -1,9 +1,9 @@
 """Emit a test for possible events in a step of eight runs without ball contact.
 
-``events.event_functions`` and ``events.location`` define events. Between both ends
-of a step, a force or a speed is bounded from below by the Bezier ordinates of the cubic through its
-values and rates there, which needs no branch; rates of forces are difference quotients. The emitted
-test is conservative: if it rules out an event, the scalar driver would find none either. Margins
+``events.event_functions`` and ``events.location`` define events. Between both ends of a step, a
+force or a speed is bounded from below by the Bezier ordinates of the cubic through its values and
+rates there. This needs no branch. Rates of forces are difference quotients. The emitted test is
+conservative: if it rules out an event, the driver of a single run would find none either. Margins
 cover the difference in rounding.
 """
 
@@ -21,7 +21,7 @@ from ab_sim.tracing.llvm_text import Body, MemorySlot, module_text
 SURE = 1e-6
 """Margin far above rounding, as a fraction of the forces in an event function, or of a speed."""
 NUMBERS_PER_BALL, NUMBERS_OF_MOTOR = 8, 4
-"""Numbers kept between steps: value and change of each event function that is watched."""
+"""Numbers kept between steps: value and change of each event function that is tested."""
 
 
 def event_test_address(code: Code, lanes: int) -> int:

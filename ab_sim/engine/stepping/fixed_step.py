@@ -11,17 +11,23 @@ from ab_sim.engine.stepping.implicit import implicit_step
 from ab_sim.model.dynamics.system import TURNS
 
 FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
-"""Columns of a step plan, with one line per step range. They are: steps taken before the range;
-steps taken after it, including a step that its part completes; begin of its profile segment [s];
-offset of a part within its step [s]; length of each step, or of the part [s]; and the first of the
-numbers of the active profile segment, in the order of ``Scene.c``."""
+"""Columns of a step plan, with one line per step range:
+
+- FIRST: steps taken before the range.
+- END: steps taken after it, including a step that its part completes.
+- START: beginning of its profile segment [s].
+- OFFSET: offset of a part within its step [s].
+- LENGTH: length of each step, or of the part [s].
+- PLACE: first of the numbers of the active profile segment, in the order of ``SceneFunctions.c``.
+"""
 PLACE_UNTIL = 2
 """Position, counted from the last column, of the local time at which the segment ends."""
 STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
 """Columns of a sample: steps taken; time [s]; angle and speed of the spindle [rad, rad/s];
-requested speed [rad/s]; the first of the deck's channels. Then follow each ball's angle and rate,
-and a motor's torque. A *row* is the part of a sample from ANGLE to the torque. The sensor readings
-after it are filled in by the caller."""
+requested speed [rad/s]; the first of the deck's channels.
+
+Then follow each ball's angle and rate, and a motor's torque. A *row* is the part of a sample from
+ANGLE to the torque. The sensor readings after it are filled in by the caller."""
 TWO_PI_REST = 2.4492935982947064e-16
 """Difference of 2 pi and the floating-point number nearest to it."""
 DRIFT = 1e-12
@@ -37,7 +43,7 @@ class EqualSteps(NamedTuple):
     """
 
     start: float
-    """Begin of the profile segment [s]."""
+    """Beginning of the profile segment [s]."""
     first: int
     """Steps taken before."""
     offset: float

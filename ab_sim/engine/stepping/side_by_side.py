@@ -10,13 +10,13 @@ from ab_sim.engine.stepping.settle import SOUND
 LANES = 8
 """Number of runs side by side: doubles in one AVX-512 vector, or in two of AVX2."""
 FIRST, STEPS, FINISHES = 0, 1, 2
-"""Columns of a plan's rows: steps taken before; number of steps, or 1 for part of a step; whether
-the last part completes a step, which is then recorded."""
+"""Columns of a plan's rows: steps taken before; number of steps, or 1 for part of a step; 1 if the
+last part completes a step, which is then recorded, else 0."""
 START, OFFSET, LENGTH = 0, 1, 2
-"""Lines of the times of a row [s]: when its segment of the schedule begins, where it begins in its
-step, and the length of each of its steps or parts; 0 where a run has no further part."""
+"""Lines of the times of a row [s]: beginning of its segment of the schedule; its own beginning
+within its step; length of each of its steps or parts, 0 where a run has no further part."""
 BEGIN, TAKEN, END, ON_PROFILE = 0, 1, 2, 3
-"""Lines of ``LaneRuns.times`` [s]: begin, length and end of a step, and the time at which the
+"""Lines of ``LaneRuns.times`` [s]: beginning, length and end of a step, and the time at which the
 profile is evaluated for its sample."""
 
 

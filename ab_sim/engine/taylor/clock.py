@@ -16,22 +16,39 @@ CLOCK = (
     *("aim", "shortest", "longest", "step", "ends_steps"),
     *("place", "stride", "every"),
 )
-"""Names of the lines.
+"""Names of the lines of the clock.
 
-Local times, since the profile segment began [s]: time of the current sample; the time at which the
-profile is evaluated for it; begin of the Taylor step; begin of the next one; 1 if the next one
-starts from the current sample's state instead of the series; end of the Taylor step; end of the
-profile segment.
+Local times, since the profile segment began [s]:
 
-Step range: begin of its segment, from the start of the run [s]; its offset within its nominal
-step [s]; length of each step [s]; steps taken before it; number of its steps; number of these
-already taken; 1 if a sample is due in the current Taylor step; time of the next sample [s].
+- time, profile_time: time of the current sample, and the time at which the profile is evaluated
+  for it.
+- begin, end: beginning and end of the Taylor step.
+- to: beginning of the next Taylor step.
+- anew: 1 if the next step starts from the current sample's state instead of the series, else 0.
+- until: end of the profile segment.
 
-Run: base-2 logarithm of the tolerance; shortest step at any error, and longest [s]; the
-scene's step [s]; then 0 while a part of a step is taken that another part follows, else 1.
+Step range:
 
-Memory of the samples, in numbers: index of the run's first sample; stride between samples; steps
-from one recorded sample to the next."""
+- start: beginning of its segment, from the start of the run [s].
+- offset: offset of the range within its nominal step [s].
+- length: length of each step [s].
+- first, count, taken: steps taken before the range; number of its steps; steps of it taken.
+- due: 1 if a sample is due in the current Taylor step, else 0.
+- next: time of the next sample [s].
+
+Run:
+
+- aim: base-2 logarithm of the tolerance.
+- shortest, longest: shortest step at any error, and longest step [s].
+- step: the scene's step [s].
+- ends_steps: 0 while a part of a step is taken that another part follows, else 1.
+
+Memory of the samples:
+
+- place: index of the run's first sample, in numbers.
+- stride: stride between samples, in numbers.
+- every: steps from one recorded sample to the next.
+"""
 INPUTS = (*CLOCK[:2], *(f"clock.{name}" for name in CLOCK[2:]))
 """Names of the lines as inputs. The equations use the first two. The others have a prefix, because
 all functions of a kind of scene share one graph, in which e.g. ``until`` is taken."""
@@ -40,9 +57,14 @@ START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
 AIM, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
 SOUND, SOUND_STEPS, HOW_MANY_DUE, HOW_MANY_LEFT = range(4)
 SAID = 4
-"""Number of lines of ``said``. They are: 1 if a run was within its bounds at all samples, else 0;
-number of steps for which it was; number of runs with a sample due; number of runs with samples left
-in their ranges. The last two are equal for all runs."""
+"""Number of lines of ``said``:
+
+- SOUND: 1 if a run was within its bounds at all samples, else 0.
+- SOUND_STEPS: number of steps for which it was.
+- HOW_MANY_DUE: number of runs with a sample due.
+- HOW_MANY_LEFT: number of runs with samples left in their ranges.
+
+The last two are equal for all runs."""
 
 
 class ClockLines:
@@ -116,7 +138,7 @@ def end_of_step(clock: ClockLines, length: Expression) -> Expression:
 
 
 def recorded(clock: ClockLines) -> tuple[Expression, Expression, Expression]:
-    """Return whether the current sample is recorded, 1 or 0; its place; its count of steps."""
+    """Return 1 if the current sample is recorded, else 0; its place in memory; its step count."""
     steps = clock[FIRST] + clock[TAKEN]
     which = (steps / clock[EVERY] + ROUND) - ROUND
     is_one = clock[DUE] * clock.flag(abs(which * clock[EVERY] - steps) < 0.5)

@@ -18,8 +18,8 @@ from ab_sim.engine.taylor.clock import (
 )
 
 VALID, BEGAN, STATE = 0, 1, 2
-"""Indices in ``Workspace.memory``: flag, 1 if the memory is valid; begin of the step [s]; the first
-number of the state there, followed by the turns removed from it."""
+"""Indices in ``Workspace.memory``: flag, 1 if the memory is valid; beginning of the step [s]; the
+first number of the state there, followed by the turns removed from it."""
 
 
 class TaylorRuns(NamedTuple):

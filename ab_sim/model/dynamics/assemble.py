@@ -89,7 +89,7 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
 
 
 def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
-    """Return the discrete state at t = 0, before its branches are settled."""
+    """Return the discrete state at t = 0, whose branches the first step may correct."""
     n = system.balls.shape[0]
     discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
     discrete_state[:n, LOADED] = 1
@@ -104,8 +104,8 @@ def state_bounds(system: System, step: float) -> np.ndarray:
     """Return the largest valid magnitude of each state; beyond it, a run has diverged.
 
     A deck may move by a thousand kilometres. A ball or a spindle may turn by 3 rad within one step;
-    no stepper can follow more. Energies grow without limit in valid runs, so their bound is only
-    that of numbers.
+    no stepper can follow more. Energies grow without limit in valid runs; their bound only keeps
+    them finite.
 
     Args:
         system: the system.
@@ -122,7 +122,7 @@ def state_bounds(system: System, step: float) -> np.ndarray:
 
 
 def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
-    """Return the fastest eigenvalues [1/s] of the linear parts, by name.
+    """Return the fastest eigenvalues [1/s] of the linear parts of the equations, by name.
 
     Args:
         system: the system.

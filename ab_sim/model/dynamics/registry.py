@@ -96,21 +96,22 @@ def of_system(system: System) -> DeckFromScene:
     )
 
 
-def require_built_in(scene: Scene, asked: str) -> None:
+def require_built_in(scene: Scene, request: str) -> None:
     """Refuse a user's deck model for formulas that hold for the built-in ones only.
 
     Args:
         scene: a checked scene.
-        asked: name of the request that uses the formulas, for the message.
+        request: name of the request that uses the formulas, for the message.
 
     Raises:
-        SceneError: the message names key, value, allowed models and remedy.
+        SceneError: the scene names a user's deck model; the message names key, value, allowed
+            models and remedy.
     """
     name = scene.deck_model
     if name in (None, PLANAR, IN_SPACE):
         return
     raise SceneError(
-        f"deck_model = {name!r}: {asked} needs the equations of a built-in deck model; "
+        f"deck_model = {name!r}: {request} needs the equations of a built-in deck model; "
         f"allowed here: {IN_SPACE}, {PLANAR}; take deck_model out of the scene (--set "
         "deck_model=), or simulate this deck instead, without faults of balls, mounts and disc"
     )

@@ -11,22 +11,32 @@ from ab_sim.model.equations.sums import any_has, over_effects
 
 MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
 RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
-"""Columns of System.balls: m_i [kg]; a_i [m]; mu_i = m_i + I_i/a_i^2 [kg], with I_i = 0 without
-rolling; 1/mu_i; m_i R [kg m]; m_i R - (I_i/a_i^2) a_i [kg m], the coefficient of the spindle's
-acceleration in the ball's equation on a round race; whole turns in the ball's start angle; radius R
-of its race [m], 1/R, and height of the race along the shaft [m]."""
+"""Columns of System.balls:
+
+- MASS: m_i [kg].
+- RADIUS: a_i [m].
+- ROLLING_MASS: mu_i = m_i + I_i/a_i^2 [kg], with I_i = 0 without rolling.
+- MOBILITY: 1/mu_i [1/kg].
+- MOMENT: m_i R [kg m].
+- ROUND_LEVER: m_i R - (I_i/a_i^2) a_i [kg m], the coefficient of the spindle's acceleration in the
+  ball's equation on a round race.
+- FIRST_TURNS: whole turns in the ball's start angle.
+- RACE_RADIUS, RACE_CURVATURE: radius R of its race [m], 1/R [1/m].
+- RACE_HEIGHT: height of its race along the shaft [m].
+"""
 BALL_CONSTANTS = 10
 ORDER, SPACING = 0, 1
-"""Columns of System.contacts: the ball at this place of the row; the distance along the race from
-it to the next one in contact [m]."""
+"""Columns of System.contacts: number of the ball at this place of the row; distance along the race
+from this ball to the next one when they touch [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
 """Columns of the discrete state: the branches of set-valued laws that hold between two events.
 
-DIRECTION: +1 or -1, direction in which a ball slides along the race; 0 if it sticks, or is held
-between others. In the last row: +1 or -1 while the motor is at its torque limit in that direction,
-else 0. LOADED: 1 if the race carries the ball. JOINED: 1 if the two balls at a contact touch and
-stay in contact: both slide, or both stick. TURNS: whole turns removed from a ball's angle; in the
-last row, from the spindle's.
+- DIRECTION: +1 or -1, direction in which a ball slides along the race; 0 if it sticks, or is held
+  between others. In the last row: +1 or -1 while the motor is at its torque limit in that
+  direction, else 0.
+- LOADED: 1 if the race carries the ball.
+- JOINED: 1 if the two balls at a contact touch and stay in contact: both slide, or both stick.
+- TURNS: whole turns removed from a ball's angle; in the last row, from the spindle's.
 """
 DISCRETE_COLUMNS = 4
 FORMULA_COLUMNS = (
@@ -48,7 +58,7 @@ class System(NamedTuple):
     deck_model: Any
     """Deck and rotor: an instance of a deck model, see ``ab_sim.model.equations.planar``."""
     balls: np.ndarray
-    """Shape (n, BALL_CONSTANTS), columns as above."""
+    """Constants of the balls, shape (n, BALL_CONSTANTS), columns as above."""
     contacts: np.ndarray
     """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
     at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""

@@ -9,27 +9,27 @@ and the deck's states:
     arrow(self, effects, balls, on, spindle, state) -> Arrow
         equations of motion with the balls fixed to the race: see ``arrowhead``
     rates(self, effects, spindle, state, x)
-        rates of change of its states, from the accelerations x
+        rates of change of the deck's states, from the accelerations x
     channels(self, effects, spindle, state, x)
-        its channels; with the cosine and sine of the spindle's angle
+        values of CHANNELS; ``spindle`` then has the cosine and sine of its angle
     dissipated(self, effects, spindle, state) -> W
-        power dissipated by its suspension, for the energy balance
+        power dissipated by the suspension, for the energy balance
     jump(self, state, jumps)
-        changes of its states by jumps of velocity, in the order of x
+        changes of the deck's states by jumps of velocity, in the order of x
     specific_force(self, effects, channels, point)
-        specific force at a point of the deck, on its axes, one number for each of these
+        specific force at a point of the deck, one number per axis of the deck [m/s^2]
 
 Methods for numbers:
 
     place(self, states, psi)
-        position of the deck along its axes, from its own states, one line for each
+        position of the deck from its states, shape (samples, AXES)
     at_rest(self, states)
-        its channels at rest in the given states, one line
+        channels of the deck at rest in the given states, shape (1, channels)
     scale(self, length, speed)
-        magnitudes of its states from a length and a spindle speed, to which errors are relative
+        magnitudes of the states from a length and a spindle speed, to which errors are relative
     tangent(self, states)
         basis of the states' tangent space (of a unit quaternion three directions): orthonormal
-        columns, two for each of its unknowns
+        columns, two for each unknown
     energy(self, effects, balls, state, psi, speed) -> J
         kinetic and stored energy
 """
@@ -52,12 +52,12 @@ def deck_model(
     """Return a class decorator that sets these attributes of a NamedTuple.
 
     Args:
-        STATE_NAMES: names of its states, for messages.
-        UNKNOWNS: number of unknown accelerations.
-        NEEDS_ANGLE: whether its equations contain the spindle's angle with any effects.
-        AXES: number of axes of its displacement: 2 or 3.
-        CHANNELS: names of its columns in a trajectory; displacement, velocity and acceleration
-            along these axes come first.
+        STATE_NAMES: names of the deck's states, for messages.
+        UNKNOWNS: number of unknown accelerations of the deck.
+        NEEDS_ANGLE: True if the equations contain the spindle's angle with any effects.
+        AXES: number of axes along which the deck moves: 2 or 3.
+        CHANNELS: names of the deck's columns in a trajectory; displacement, velocity and
+            acceleration along the axes come first.
         UNIT_AT: index of the first state of a unit quaternion; -1 without one.
     """
     facts = {**locals(), "STATES": len(STATE_NAMES)}

@@ -38,7 +38,7 @@ def powers(
         effects, balls, on, spindle: effects and balls of the scene, and their motion.
         arrow, solved: the equations of motion, and the accelerations.
         friction: coefficient of each ball with the sign of its sliding, or None.
-        prescribed: whether the spindle's speed is prescribed.
+        prescribed: True if the spindle's speed is prescribed.
         suspension_loss: dissipated power of the suspension [W].
     """
     n, path = balls.number, on.path

@@ -3,7 +3,7 @@
 Conventions of Kim and Chung (2002), made precise: C is the point of the deck on the spindle axis at
 height 0; deck axes x, y, z at C are parallel to the ground's while the mounts are relaxed, z is the
 spindle axis; the spindle turns by psi relative to the deck, and the unbalance lies in the direction
-psi from x. The ground's axes begin where C lies then.
+psi from x. The origin of the ground's axes is the position of C with relaxed mounts.
 
 State: X, Y, Z of C on the ground's axes; the quaternion (w, x, y, z) that turns deck axes to the
 ground's; the velocity of C on the ground's axes; the deck's angular velocity Om on deck axes.
@@ -23,9 +23,9 @@ the deck with v = w z x r + s' t, and has the specific force
     a = A + Om' x r + al z x r + g t + b,
     b = Om x (Om x r) + 2 Om x v - (h w^2 + 2 w s' + l theta'^2) n - x w^2 t
 
-which the deck feels as -m a, in the direction and at the place where it acts; along the race it is
-the ball's own equation. A ball that rolls spins with w - s'/a about z, carried by the deck's tilt:
-its angular momentum is (I/a^2) a^2 (Om + (w - s'/a) z).
+The force -m a acts on the deck at the ball. The component of a along the race gives the ball's own
+equation. A ball that rolls spins with w - s'/a about z, in addition to the deck's rotation: its
+angular momentum is (I/a^2) a^2 (Om + (w - s'/a) z).
 """
 
 from collections.abc import Sequence
@@ -180,7 +180,7 @@ class InSpace(NamedTuple):
         return [f + t + i for f, t, i in zip(force, tangential, inwards, strict=True)]
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
-        """Return the channels at rest in this position and orientation."""
+        """Return the channels at rest in the position and orientation of ``states``, one row."""
         row = np.zeros((1, 19))
         row[0, :3], row[0, 9:13] = states[:3], states[3:7] / np.linalg.norm(states[3:7])
         return row

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 
 class ProfileInputs(NamedTuple):
-    """Topics that a profile needs."""
+    """Measurements that a profile needs."""
 
     vibration: bool = False
     """True if a condition of the profile depends on the vibration."""

@@ -168,7 +168,7 @@ class SpeedSchedule:
             acceleration: magnitude before and after the period [rad/s^2].
             target_speed: speed held at the end [rad/s].
             period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
-            period_start: its start time [s], if that is known exactly.
+            period_start: start time of the period [s]; None to compute it from the start speed.
             start_angle: psi at t = 0 [rad].
         """
         legs: list[tuple[float, float, float, float | None]]
@@ -249,44 +249,46 @@ class SpeedSchedule:
             SceneError: measurements decide the speed during the run: in an adaptive start-up, or in
                 a segment that ends on a condition.
         """
-        asked = scene.profile
-        if asked is None:
+        profile = scene.profile
+        if profile is None:
             return cls.at_start(scene)
-        if asked.kind == "segments" and (key := asked.condition) is not None:
+        if profile.kind == "segments" and (key := profile.condition) is not None:
             raise SceneError(
                 f"{scene.name}: {key}: this segment ends on a condition that is measured during "
                 "the run, so its end is not known in advance; give its length instead (hold or "
                 "duration instead of until)"
             )
-        return cls.asked(asked, scene.start.speed, scene.start.angle)
+        return cls.asked(profile, scene.start.speed, scene.start.angle)
 
     @classmethod
-    def asked(cls, asked: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
+    def asked(cls, profile: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
         """Return the schedule of a profile; segments with a condition get their longest duration.
 
         Args:
-            asked: profile of a scene, or alone.
+            profile: profile of a scene, or a profile without a scene.
             first: speed at t = 0 [rad/s].
             angle: psi at t = 0 [rad].
 
         Raises:
             SceneError: the profile is an adaptive start-up.
         """
-        if asked.kind == "adaptive":
+        if profile.kind == "adaptive":
             raise SceneError(
                 "profile.kind = adaptive: a controller decides the speed during the run, so it is "
                 "not known in advance; use another kind, e.g. start_up with its acceleration and "
                 "target_speed, or leave it out (--set profile=)"
             )
-        if asked.kind == "segments":
-            return cls.of_segments(asked.segments, first, start_angle=angle)
-        if asked.kind == "speed_change":
-            return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration, angle)
+        if profile.kind == "segments":
+            return cls.of_segments(profile.segments, first, start_angle=angle)
+        if profile.kind == "speed_change":
+            return cls.speed_change(
+                first, profile.to_speed, profile.start_time, profile.duration, angle
+            )
         period = start = None
-        p, at = asked.variable_speed_period, asked.period_begins(first)
+        p, at = profile.variable_speed_period, profile.period_begins(first)
         if p is not None and at is not None:
             period, start = (at, p.duration, p.acceleration), p.start_time
-        return cls.start_up(first, asked.acceleration, asked.target_speed, period, start, angle)
+        return cls.start_up(first, profile.acceleration, profile.target_speed, period, start, angle)
 
 
 def top_speed_of(scene: "Scene") -> float:

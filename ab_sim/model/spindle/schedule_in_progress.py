@@ -14,13 +14,13 @@ class ScheduleInProgress:
     """Schedule as far as it is decided; later segments with conditions get their longest duration.
 
     Args:
-        asked: the profile.
+        profile: the profile.
         first: speed at which it begins [rad/s].
     """
 
-    def __init__(self, asked: "AnyProfile", first: float) -> None:
-        self._segments = asked.segments if asked.kind == "segments" else ()
-        self.profile = SpeedSchedule.asked(asked, first)
+    def __init__(self, profile: "AnyProfile", first: float) -> None:
+        self._segments = profile.segments if profile.kind == "segments" else ()
+        self.profile = SpeedSchedule.asked(profile, first)
         """Schedule from now on."""
         self.count = len(self.profile.segments) - 1
         """Number of segments."""

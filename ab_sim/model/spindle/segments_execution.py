@@ -13,9 +13,9 @@ PERIOD, SILENCE = 0.005, 1.0
 """Defaults [s]: time between two commands, and time for which the vibration may be missing."""
 
 
-def waits_for_vibration(asked: RequestedProfile) -> bool:
+def waits_for_vibration(requested: RequestedProfile) -> bool:
     """Return whether a condition of a profile depends on the vibration."""
-    schedule = ScheduleInProgress(asked.profile, asked.first)
+    schedule = ScheduleInProgress(requested.profile, requested.first)
     return any(schedule.until(number) for number in range(schedule.count))
 
 
@@ -23,15 +23,15 @@ class SegmentsExecution:
     """Execution of a profile that is known in advance, except for the ends set by conditions.
 
     Args:
-        asked: the profile.
+        requested: the profile and the speed at which it begins.
         ahead: lead of the commands [s]: a drive approaches a command until the next one.
         silence: time for which the vibration may be missing while a condition needs it [s].
     """
 
-    def __init__(self, asked: RequestedProfile, ahead: float, silence: float) -> None:
-        self.first = asked.first
+    def __init__(self, requested: RequestedProfile, ahead: float, silence: float) -> None:
+        self.first = requested.first
         self._ahead, self._silence = ahead, silence
-        self._schedule = ScheduleInProgress(asked.profile, asked.first)
+        self._schedule = ScheduleInProgress(requested.profile, requested.first)
         self._left: list[float] = []
         self._condition: VibrationCondition | None = None
         self.words = self.failure = self.why = ""

@@ -48,7 +48,7 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
     start, psi = scene.start.deck, scene.start.angle
     c, s = math.cos(psi), math.sin(psi)
     pairs = start.position or (0.0, 0.0), start.velocity or (0.0, 0.0)
-    # Without BLAS, whose kernels round differently.
+    # Not by BLAS, because its kernels round differently.
     return np.array([number for x, y in pairs for number in (c * x + s * y, c * y - s * x)])
 
 
