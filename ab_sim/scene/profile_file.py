@@ -50,7 +50,7 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
         return _alone(raw, changes, str(path))
     scene = load_scene(source, changes)
     if scene.profile is None:
-        raise SceneError(f"{path}: this scene has no profile; add one, or name another scene")
+        raise SceneError(f"{path}: this scene has no profile to run; add one, or name another")
     return RequestedProfile(scene.profile, scene.start.speed, scene)
 
 

@@ -100,8 +100,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"effects": CONTACT},
-        "effects.ball_contact: balls in more than one race (balls.race) cannot be told who touches "
-        "whom; put them into one race, or leave the effect out",
+        "effects.ball_contact: balls in more than one race (balls.race), where contacts are not "
+        "modelled; put them into one race, or leave the effect out",
     ),
 ]  # fmt: skip
 

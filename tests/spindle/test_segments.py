@@ -157,7 +157,7 @@ def test_a_drive_follows_segments_exactly(scene: Any) -> None:
 
 def test_conditions_have_no_speed_over_time_beforehand(scene: Any) -> None:
     made = scene_with(scene, {"to": 100.0, "acceleration": 50.0}, {"until": QUIET})
-    with pytest.raises(SceneError, match=r"profile\.segments\.1\.until: .* before; .*hold"):
+    with pytest.raises(SceneError, match=r"profile\.segments\.1\.until: .* in advance; .*hold"):
         SpeedSchedule.of_scene(made)
     assert top_speed_of(made) == explain(made)["top_speed"] == 100.0
     lasting = SpeedSchedule.asked(made.profile.lasting, 0.0)

@@ -16,38 +16,37 @@ CLOCK = (
     *("aim", "shortest", "longest", "step", "ends_steps"),
     *("place", "stride", "every"),
 )
-"""Names of the lines of the clock.
+"""Names of the lines of the clock; the constants below are their numbers.
 
 Local times, since the profile segment began [s]:
 
-- time, profile_time: time of the current sample, and the time at which the profile is evaluated
-  for it.
-- begin, end: beginning and end of the Taylor step.
-- to: beginning of the next Taylor step.
-- anew: 1 if the next step starts from the current sample's state instead of the series, else 0.
-- until: end of the profile segment.
+- LOCAL, PROFILE: time of the current sample, and the time at which the profile is evaluated for it.
+- BEGIN, END: beginning and end of the Taylor step.
+- TO: beginning of the next Taylor step.
+- ANEW: 1 if the next step starts from the current sample's state instead of the series, else 0.
+- UNTIL: end of the profile segment.
 
 Step range:
 
-- start: beginning of its segment, from the start of the run [s].
-- offset: offset of the range within its nominal step [s].
-- length: length of each step [s].
-- first, count, taken: steps taken before the range; number of its steps; steps of it taken.
-- due: 1 if a sample is due in the current Taylor step, else 0.
-- next: time of the next sample [s].
+- START: beginning of its segment, from the start of the run [s].
+- OFFSET: offset of the range within its nominal step [s].
+- LENGTH: length of each step [s].
+- FIRST, COUNT, TAKEN: steps taken before the range; number of its steps; steps of it taken.
+- DUE: 1 if a sample is due in the current Taylor step, else 0.
+- NEXT: time of the next sample [s].
 
 Run:
 
-- aim: base-2 logarithm of the tolerance.
-- shortest, longest: shortest step at any error, and longest step [s].
-- step: the scene's step [s].
-- ends_steps: 0 while a part of a step is taken that another part follows, else 1.
+- AIM: base-2 logarithm of the tolerance.
+- SHORTEST, LONGEST: shortest step at any error, and longest step [s].
+- STEP: the scene's step [s].
+- ENDS_STEPS: 0 while a part of a step is taken that another part follows, else 1.
 
 Memory of the samples:
 
-- place: index of the run's first sample, in numbers.
-- stride: stride between samples, in numbers.
-- every: steps from one recorded sample to the next.
+- WHERE: index of the run's first sample, in numbers.
+- STRIDE: stride between samples, in numbers.
+- EVERY: steps from one recorded sample to the next.
 """
 INPUTS = (*CLOCK[:2], *(f"clock.{name}" for name in CLOCK[2:]))
 """Names of the lines as inputs. The equations use the first two. The others have a prefix, because
