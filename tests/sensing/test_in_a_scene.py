@@ -121,7 +121,7 @@ def test_a_bare_name_takes_the_defaults() -> None:
         ({"sensors.a.seed": 1.5}, "sensors.a.seed = 1.5: must be a whole number;"),
         ({"sensors.a": 3}, "sensors.a = 3: must be a section"),
         ({"sensors": ["accelerometer"]}, "sensors = ['accelerometer']: must be a section `name: "),
-        ({"sensors.Deck left": {}}, "sensors.Deck left = 'Deck left': the name must be of at"),
+        ({"sensors.Deck left": {}}, "sensors.Deck left = 'Deck left': the name must have at"),
         ({"sensors": {5: {}}}, "sensors.5 = 5: the name must have at most 64 small letters, "),
         ({"sensors.a.sample_rate": 300.0}, "sensors.a.sample_rate = 300 Hz: must be the integrat"),
     ],
