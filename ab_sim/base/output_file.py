@@ -1,6 +1,7 @@
 """Checks of files for results, before any work is done, and their atomic writing."""
 
 import contextlib
+import errno
 import os
 import shutil
 import tempfile
@@ -95,6 +96,8 @@ def check_writable(path: Path, label: str, replaced: bool = True) -> None:
             what = "a folder" if path.is_dir() else "a device or a pipe"
             raise InputError(f"{label} {path}: is {what}; name a file")
         file = path.resolve()
+        if file.is_symlink():  # since Python 3.13 `resolve` does not raise the RuntimeError below
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         if not file.parent.is_dir():
             raise InputError(f"{label} {path}: there is no folder {path.parent}; make it first")
         if replaced and file.exists():
