@@ -1,8 +1,8 @@
-"""The topic contract: name, type, QoS, unit, meaning and conversion of each topic, declared once.
+"""Topic contract: name, type, QoS, unit, meaning and conversion of each topic, declared once.
 
-No other package reads or writes message fields. ROS is needed only to create messages, publishers
-and services. All topic names are relative, so that a node's namespace applies; only ``/clock`` and
-``/diagnostics`` are absolute.
+No other package reads or writes message fields. ROS is only needed to create messages, publishers
+and services. Topic names are relative to a node's namespace, except those that begin with a slash,
+such as ``/clock`` and ``/diagnostics``.
 """
 
 from ab_msgs_py.block import Block

@@ -1,7 +1,7 @@
-"""The action of the contract: a start-up profile as one goal (ab_interfaces/action/RunProfile).
+"""Action of the contract: a start-up profile as a goal (ab_interfaces/action/RunProfile).
 
-ROS's own packages have no action with a profile, a text and an estimate of the drive's state.
-Colcon builds the classes of this action; next to the wheels from PyPI, `make action` does. Without
+ROS's standard packages have no action with a profile, a text and an estimate of the drive's state.
+Colcon builds the classes of this action; for ROS from PyPI, `make action` builds them. Without
 them, only the services are available.
 """
 
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 RUN = "~/run"
 """RunProfile: run a profile to its end."""
-NOT_BUILT = "ab_interfaces is not built: there is no action ~/run; the services do without"
+NOT_BUILT = "ab_interfaces is not built: there is no action ~/run; the services work without it"
 
 
 class Asked(NamedTuple):
@@ -47,7 +47,7 @@ def run_profile() -> Any:
     """Return the class of the action, or None if it has not been built."""
     try:
         return importlib.import_module("ab_interfaces.action").RunProfile
-    except (ImportError, AttributeError):  # a checkout has the folder of the sources only
+    except (ImportError, AttributeError):  # a checkout has a folder of this name without classes
         return None
 
 
@@ -62,7 +62,7 @@ def goal_of(asked: Asked) -> Any:
 
 
 def feedback_of(progress: Progress) -> Any:
-    """Return the feedback message for a state of progress."""
+    """Return the feedback message for the progress of a goal."""
     return run_profile().Feedback(**progress._asdict())
 
 

@@ -1,4 +1,4 @@
-"""A block of integration samples as one Float64MultiArray with labelled dimensions."""
+"""Block of integration samples as a Float64MultiArray with labelled dimensions."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,13 +13,14 @@ from ab_msgs_py.ros_messages import Fields
 class Block:
     """Consecutive integration samples; rows are samples, columns are named channels.
 
-    The first dimension's label is ``sample``, the second's is the channels' names joined by
-    commas, ``step`` (number of the integration step) first: a gap in it is a lost block.
+    The label of the first dimension is ``sample``. That of the second is the names of the channels,
+    separated by commas, beginning with ``step``, the number of the integration step. A gap between
+    the steps of two blocks shows that a block was lost.
     """
 
     channels: tuple[str, ...]
     samples: np.ndarray
-    """Shape (samples, channels), float64."""
+    """Samples of shape (samples, channels), float64."""
 
     def fields(self) -> Fields:
         """Return the fields of a Float64MultiArray."""
@@ -63,5 +64,5 @@ class Block:
             and np.all(steps == np.rint(steps))
             and np.all(np.diff(steps) > 0)
         ):
-            raise MalformedMessage("vibration/block: step must be whole numbers that grow")
+            raise MalformedMessage("vibration/block: step must be whole numbers that increase")
         return cls(channels, samples)

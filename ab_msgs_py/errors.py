@@ -1,5 +1,5 @@
-"""The error that receivers raise for a message that breaks the contract."""
+"""Error that receivers raise for a message that violates the contract."""
 
 
 class MalformedMessage(ValueError):
-    """Message without the contract's layout; the text names the part and what is expected."""
+    """Message without the layout of the contract; the text names the part and what is expected."""

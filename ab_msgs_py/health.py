@@ -17,7 +17,7 @@ class Level(enum.Enum):
 
 
 class Task(enum.Enum):
-    """Subject of a node's health; these names tell ab_sim's entries from other hardware's."""
+    """Subject of a node's health, by which entries of ab_sim are recognised."""
 
     DRIVE = "real time"
     PROFILE = "profile"

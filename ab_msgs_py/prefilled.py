@@ -19,9 +19,11 @@ class Prefilled:
     """Message in CDR in which only stamps and floating-point numbers change.
 
     Args:
-        message: gives everything else: the texts and the number of numbers.
-        changing: numbers that change, in the order of the message's fields; default: all.
-        fields_of: names and types of a message's fields; default: those that ROS's messages report.
+        message: message with the constant parts: texts, and lengths of lists.
+        changing: positions of the numbers that change, in the order of the message's fields;
+            default: all.
+        fields_of: function that returns names and types of a message's fields; default: the method
+            of ROS messages.
 
     Raises:
         ValueError: the message has fields other than texts and numbers of 4 or 8 bytes.

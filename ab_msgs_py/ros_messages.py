@@ -35,7 +35,7 @@ def filled(message: Any, fields: Fields) -> Any:
             filled(getattr(message, name), value)
             continue
         if isinstance(value, np.ndarray):
-            # An array instead of a list is 20 times cheaper (LAB.md).
+            # Setting an array is 20 times as fast as setting a list.
             value = array.array("d", value.tobytes())
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             kind = message.get_fields_and_field_types()[name]

@@ -40,7 +40,7 @@ def stamp(nanoseconds: int) -> Fields:
 
 
 def header(time: int, frame: str) -> Fields:
-    """Return the fields of a header; time in ns."""
+    """Return the fields of a header, from a time [ns] and a frame."""
     return {"stamp": stamp(time), "frame_id": frame}
 
 
@@ -60,7 +60,7 @@ def number_fields(number: float) -> Fields:
 
 
 def number_of(message: Any) -> float:
-    """Return the number in a message; the drive decides whether to follow a command."""
+    """Return the number in a message, of any value: the drive checks commands itself."""
     return float(message.data)
 
 
@@ -101,7 +101,7 @@ def text_of(message: Any) -> str:
 
 
 def json_fields(value: Any) -> Fields:
-    """Return the fields of a text that holds a JSON value."""
+    """Return the fields of a text message that contains a value as JSON."""
     return {"data": json.dumps(value)}
 
 
@@ -109,7 +109,7 @@ def description_of(message: Any) -> dict[str, Any]:
     """Return the description of the simulated drive.
 
     Raises:
-        MalformedMessage: not a JSON object.
+        MalformedMessage: the message is not a JSON object.
     """
     try:
         description = json.loads(message.data)
@@ -121,10 +121,10 @@ def description_of(message: Any) -> dict[str, Any]:
 
 
 def faults_of(message: Any) -> list[str]:
-    """Return the faults in force.
+    """Return the drive's present faults, as texts.
 
     Raises:
-        MalformedMessage: it is no list of texts.
+        MalformedMessage: the message is not a JSON list of texts.
     """
     try:
         faults = json.loads(message.data)
@@ -239,7 +239,7 @@ class JointSample:
 def spindle_of(message: Any) -> tuple[int, float, float] | None:
     """Return time [ns], angle [rad] and speed [rad/s] of the spindle in a JointState.
 
-    These are all values that a controller board knows. Return None for another machine's message.
+    A controller board gets only these values. Return None for a message of another machine.
     """
     names = list(message.name)
     if "spindle" not in names or not len(message.position) == len(message.velocity) == len(names):

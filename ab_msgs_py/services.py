@@ -15,31 +15,32 @@ from ab_msgs_py.errors import MalformedMessage
 PAUSE = "~/pause"
 """SetBool: true pauses, false resumes."""
 STEP = "~/step"
-"""Trigger: take the number of wake-ups in the parameter `steps`; refused unless time is paused. The
-text of the answer is a ``Stepped``."""
+"""Trigger: simulate the number of wake-ups in the parameter `steps`; refused unless time is paused.
+The text of the answer is a ``Stepped``."""
 RESET = "~/reset"
-"""Trigger: return to t = 0 and the start state; commands are forgotten."""
+"""Trigger: return to t = 0 and the start state; commands are discarded."""
 RESET_TIME = "~/reset_time"
 """Trigger: return to t = 0 and keep the present state."""
 RESET_STATE = "~/reset_state"
-"""Trigger: return to the start state and keep the time; commands are forgotten."""
+"""Trigger: return to the start state and keep the time; commands are discarded."""
 LOAD_SCENE = "~/load_scene"
 """Trigger: load the scene that the parameters `scene` and `changes` name, from t = 0."""
 LOAD_DISC = "~/load_disc"
-"""Trigger: mount the disc that the parameters `disc_eccentricity` and `disc_angle` describe;
-refused if the first is not set."""
+"""Trigger: load the disc that the parameters `disc_eccentricity` and `disc_angle` describe; refused
+if `disc_eccentricity` is not set."""
 INJECT_FAULTS = "~/inject_faults"
-"""Trigger: replace the faults in force by those in the parameter `faults`."""
+"""Trigger: replace all faults by those in the parameter `faults`."""
 CLEAR_FAULTS = "~/clear_faults"
 """Trigger: remove all faults."""
 SAVE_SNAPSHOT = "~/save_snapshot"
 """Trigger: save the present state to the file that the parameter `snapshot` names."""
 RESTORE_SNAPSHOT = "~/restore_snapshot"
-"""Trigger: return to the state in that file."""
+"""Trigger: return to the state in the file that the parameter `snapshot` names."""
 EMERGENCY_STOP = "~/emergency_stop"
-"""Trigger: stop the spindle as fast as it can; commands are ignored from now on."""
+"""Trigger: stop the spindle as fast as possible; commands are ignored until
+``RESET_EMERGENCY_STOP``."""
 RESET_EMERGENCY_STOP = "~/reset_emergency_stop"
-"""Trigger: follow commands again."""
+"""Trigger: follow commands again after an emergency stop."""
 CHANGE_STATE = "~/change_state"
 """ChangeState of lifecycle_msgs: configure, activate, deactivate, cleanup or shutdown."""
 START = "~/start"
@@ -48,22 +49,22 @@ ABORT = "~/abort"
 """Trigger: stop the profile and ramp down to standstill."""
 
 Answer = tuple[bool, str]
-"""Success of a request, and a text for people."""
+"""Success of a request, and a text for users."""
 
 
 class Stepped(NamedTuple):
-    """Progress of a ``STEP`` request, as JSON in its answer.
+    """Result of a ``STEP`` request, as JSON in its answer.
 
-    Its samples are published before it.
+    The samples of the steps are published before the answer.
     """
 
     sim_time_ns: int
     """Simulated time [ns]."""
     wakes: int
-    """Wake-ups taken."""
+    """Number of simulated wake-ups."""
     commands: int
-    """Commands received since the last answer, or since a reset that forgets them, including
-    rejected and ignored ones. The drive's diagnostics have the total."""
+    """Number of commands received since the last wake-up of a request, or since a reset that
+    discards commands, including rejected and ignored ones. The diagnostics have the total."""
 
     @property
     def text(self) -> str:
@@ -84,7 +85,7 @@ class Stepped(NamedTuple):
 
 
 def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> Service[Any, Any]:
-    """Advertise a Trigger service."""
+    """Advertise a Trigger service that calls ``act``."""
 
     def callback(request: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = act()
@@ -94,7 +95,7 @@ def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> Service[A
 
 
 def answer_waiting(service: Service[Any, Any]) -> None:
-    """Answer the waiting requests of a service that no executor spins."""
+    """Answer the pending requests of a service that no executor serves."""
     with service.handle:
         while True:
             asked = service.handle.service_take_request(service.srv_type.Request)
@@ -104,7 +105,7 @@ def answer_waiting(service: Service[Any, Any]) -> None:
 
 
 def serve_switch(node: Node, name: str, act: Callable[[bool], Answer]) -> None:
-    """Advertise a SetBool service."""
+    """Advertise a SetBool service that calls ``act`` with the request's value."""
 
     def callback(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         response.success, response.message = act(bool(request.data))

@@ -1,4 +1,4 @@
-"""Speed set-points with their times: the content of ``spindle/trajectory``."""
+"""Speed set-points over time, the content of ``spindle/trajectory``."""
 
 from typing import Any, NamedTuple
 
@@ -9,8 +9,7 @@ from ab_msgs_py.samples import nanoseconds_of, stamp
 JOINT = "spindle"
 """Name of the only joint that follows a trajectory."""
 MOST_POINTS = 2000
-"""Largest number of points of a trajectory; the drive plans all of them between two of its
-steps."""
+"""Largest number of points of a trajectory; the drive processes all of them between two steps."""
 
 
 class SetPoint(NamedTuple):
@@ -25,7 +24,7 @@ class SetPoint(NamedTuple):
 
 
 class SetPoints(NamedTuple):
-    """A trajectory of the spindle: its speed is linear between two points, then held."""
+    """Trajectory of the spindle: its speed is linear between points, and held after the last."""
 
     start: int
     """Simulated time of the start [ns]; 0: when the drive receives the message."""
@@ -62,8 +61,8 @@ class SetPoints(NamedTuple):
         """Return the set-points in a JointTrajectory.
 
         Raises:
-            MalformedMessage: it names other joints than the spindle, or a point has other values
-                than one velocity and at most one acceleration.
+            MalformedMessage: the message names other joints than the spindle; or it has no or too
+                many points; or a point does not have one velocity and at most one acceleration.
         """
         if list(message.joint_names) != [JOINT]:
             raise MalformedMessage(

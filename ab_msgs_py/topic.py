@@ -13,13 +13,14 @@ if TYPE_CHECKING:  # bag files use the topics without ROS
 
 
 class Qos(NamedTuple):
-    """Quality of service of our endpoint, which keeps the last messages."""
+    """Quality of service of a publisher or subscription, which keeps the last messages."""
 
     depth: int = 10
     latched: bool = False
-    """Late subscribers get the last messages, too: durability is transient local."""
+    """True if late subscribers also get the last messages (durability transient local)."""
     reliable: bool = True
-    """Reliability; a best-effort publisher does not match a reliable subscriber."""
+    """True for reliable, False for best effort; a best-effort publisher does not match a reliable
+    subscription."""
 
     @property
     def reliability(self) -> str:
@@ -53,7 +54,7 @@ class Conversion(NamedTuple):
 
 
 class Topic(NamedTuple):
-    """A topic of the contract, with everything that is specified about it."""
+    """Topic of the contract, with everything that the contract specifies."""
 
     name: str
     """Name relative to the node's namespace, unless it begins with a slash."""
@@ -61,7 +62,7 @@ class Topic(NamedTuple):
     """Type of the messages in ROS notation: ``std_msgs/msg/Float64``."""
     conversion: Conversion
     meaning: str
-    """Content of the topic; a line of the contract's page."""
+    """Content of the topic, for the table in the documentation."""
     unit: str = ""
     source: str = "`drive_sim`"
     """Publisher of the topic."""
@@ -90,7 +91,7 @@ class Topic(NamedTuple):
         return self.conversion.sample(message)
 
     def within(self, namespace: str) -> str:
-        """Return the full name for a drive in a namespace."""
+        """Return the topic's full name for a drive in a namespace."""
         return self.name if self.name.startswith("/") else f"{namespace.rstrip('/')}/{self.name}"
 
     def publisher(self, node: "Node") -> "Publisher[Any]":
@@ -125,13 +126,15 @@ GID_LENGTH = 16
 
 
 def arrived(subscription: "Subscription[Any]", most: int) -> Iterator[tuple[Any, int, bytes]]:
-    """Take the messages that have arrived, oldest first and at most ``most``, without an executor.
+    """Take the messages that have arrived at a subscription, oldest first, without an executor.
 
-    The limit guarantees an end, because messages keep arriving.
+    Args:
+        subscription: subscription that no executor serves.
+        most: largest number of messages; without it, a flood would never end.
 
     Yields:
-        Message; the system time of its reception [ns], 0 if the middleware does not know it; the
-        publisher's identifier, empty in Jazzy, whose rclpy does not report it.
+        Message; its time of reception by the system clock [ns], 0 if unknown; and the publisher's
+        identifier, which is empty in ROS 2 Jazzy.
     """
     with subscription.handle:
         for _ in range(most):

@@ -22,12 +22,13 @@ def declare(topic: Topic) -> Topic:
     return topic
 
 
-# All publishers share a subscription's queue: one that floods it evicts the others' messages. This
-# depth covers 50,000 messages/s while the drive waits 0.1 s for a processor. Fast DDS does not fill
-# a deeper queue, and then refuses new messages instead of dropping old ones.
+# All publishers share a subscription's queue, so that a flood of one evicts messages of others.
+# This depth is enough for 50,000 messages/s while the drive waits 0.1 s for a processor. Fast DDS
+# does not fill a deeper queue, but refuses new messages instead of dropping old ones.
 _BURSTS = Qos(5000)
 _TRANSFORMS = Qos(100)  # as in tf2's broadcasters
-# Keeps blocks for a recorder that is away for some seconds, and a sensor's samples of one wake-up.
+# Deep enough for the blocks of some seconds in which a recorder does not read, and for a sensor's
+# samples of one wake-up.
 _DEEP = Qos(1000)
 _LATCHED = Qos(1, latched=True)
 _LOG = Qos(1000, latched=True)
@@ -260,7 +261,7 @@ def probe_of(probe: str, first: bool) -> Topic:
 
 
 def block_bytes(block: Block) -> bytes:
-    """Serialise a BLOCK message for `Publisher.publish`, in a tenth of the time of an object."""
+    """Serialise a BLOCK message, in a tenth of the time that a message object takes."""
     return _head(block.channels, len(block.samples)) + block.samples.tobytes()
 
 

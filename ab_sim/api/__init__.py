@@ -1,4 +1,4 @@
-"""Implementations of names of ``ab_sim`` whose interface differs from the code behind them.
+"""Public functions of ``ab_sim`` that adapt the interface of internal code.
 
 Users import them from ``ab_sim``; the content of this package may change.
 """

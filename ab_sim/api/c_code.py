@@ -1,4 +1,4 @@
-"""Calls that write a drive as C, and as an FMU."""
+"""Functions that write a drive as C, and as an FMU."""
 
 from pathlib import Path
 
@@ -49,13 +49,13 @@ def write_fmu(scene: SceneLike, file: Path | str) -> str | None:
     scene : Scene, str or Path
         Smooth scene with an explicit stepper.
     file : Path or str
-        An .fmu file, replaced if it exists. Its name is that of the FMU.
+        File to write, .fmu; an existing one is replaced. The FMU gets its name.
 
     Returns
     -------
     str or None
-        Platform of its binary, e.g. x86_64-linux; None without a C compiler (``cc``), when it has
-        sources only.
+        Platform of the FMU's binary, e.g. x86_64-linux; None if there is no C compiler (``cc``),
+        so that the FMU has sources only.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Calls for design decisions over many drives."""
+"""Functions for design decisions over many drives."""
 
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -64,8 +64,8 @@ def sweep(
     workers : int, default 1
         Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
     scheduler : str, optional
-        Address of a Dask cluster, ``"tcp://10.0.0.1:8786"``, whose workers do the work instead;
-        they need the same ab_sim.
+        Address of a Dask cluster to use instead of local processes, e.g. ``"tcp://10.0.0.1:8786"``;
+        its workers need the same version of ab_sim.
     progress : callable, optional
         Called with the present work, the number of finished runs and the total.
 
@@ -123,7 +123,7 @@ def tune(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Tuning:
-    """Find the values of keys with which a metric is best, within bounds: ``ab-sim tune``.
+    """Find the values of keys that optimise a metric within bounds: ``ab-sim tune``.
 
     Only settled runs count: those that did not fail, whose balls do not circulate, and whose whirl
     is steady. Finished runs are kept, as in ``sweep``.
@@ -145,7 +145,8 @@ def tune(
     draws : int, default 32
         Number of drives for each candidate; all candidates have the same draws.
     share : float, default 0.9
-        Share of the drives, above 0, at most 1.
+        Share of the drives that must settle within all bounds and reach the metric, above 0, at
+        most 1.
     runs : int, default 1000
         Approximate largest number of runs, without those that explore the neighbourhood of the
         best.
@@ -225,7 +226,7 @@ def robust(
     Parameters
     ----------
     scene : Scene, str or Path
-        The nominal scene, or its name or file.
+        Nominal scene, or its name or file.
     spread : mapping of str, optional
         Tolerances by dotted key: ``"5%"`` (normal, about the scene's value), ``"0.1 mm"`` (so, in
         its unit), ``"normal:MEAN,SD"``, ``"lognormal:MEDIAN,40%"``, ``"uniform:LOW,HIGH"``,
@@ -241,7 +242,7 @@ def robust(
     until : float, optional
         Half-width of the share's interval, 0 to 1, at which the runs stop.
     against : Scene, str or Path, optional
-        Another design, run with the same draws.
+        Scene of another design to compare with, run with the same draws.
     spread_from : Path or str, optional
         JSON of an identification: uncertainties of a fitted scene with their correlations, in
         addition to ``spread``.
@@ -276,10 +277,10 @@ def robust(
 
     Notes
     -----
-    Intervals are of 95 %, and of chance only: what the model gets wrong is in none. Draws are
-    independent random numbers, those of a run the same however many there are. A run that fails
-    counts as not balanced. Saltelli and others, Computer Physics Communications 181 (2010) 259;
-    Newcombe, Statistics in Medicine 17 (1998) 2635.
+    Intervals are 95 % confidence intervals of random sampling; they do not include errors of the
+    model. Draws are independent, and those of a run do not depend on the number of runs. A failed
+    run counts as not balanced. Sources: Saltelli and others, Computer Physics Communications 181
+    (2010) 259; Newcombe, Statistics in Medicine 17 (1998) 2635.
 
     Examples
     --------
@@ -315,7 +316,7 @@ def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variab
     if not in_design:
         return values(key, [value.item() if hasattr(value, "item") else value for value in listed])
     if len(listed) != 2 or not all(isinstance(value, int | float) for value in listed):
-        raise InputError(f"{key}: {short(spec)}: must be two numbers, from where to where")
+        raise InputError(f"{key}: {short(spec)}: must be two numbers, the ends of a range")
     low, high = (value for value in listed if isinstance(value, int | float))
     return range_(key, low, high)
 
@@ -323,7 +324,7 @@ def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variab
 def _range(key: str, spec: str | Sequence[object]) -> Range:
     variable = _variable(key, spec, True)
     if not isinstance(variable, Range):
-        raise InputError(f"{key}: {short(spec)}: must be a range, from where to where")
+        raise InputError(f"{key}: {short(spec)}: must be a range, e.g. (0.1, 0.5) or '0.1..0.5'")
     return variable
 
 
@@ -362,5 +363,5 @@ def _executor(workers: int, scheduler: str | None) -> AbstractContextManager[Exe
     if workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
     if scheduler is not None and workers != 1:
-        raise InputError("workers are processes here, a scheduler has others: give one")
+        raise InputError("workers, scheduler: give one of them; a cluster has its own processes")
     return Workers(workers) if scheduler is None else Cluster(scheduler)

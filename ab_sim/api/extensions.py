@@ -1,4 +1,4 @@
-"""Calls with which a program adds effects and steppers for scenes."""
+"""Functions with which a program registers effects and steppers for scenes."""
 
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -20,18 +20,18 @@ def register_effect(
 ) -> Callable[[Effect], Effect]:
     """Return a class decorator that registers an effect for scenes, in this process.
 
-    An effect is a ``NamedTuple`` whose fields are its parameters and whose methods are its physics,
-    plain Python on numbers: ``deck_force``, ``ball_drag`` and others, which
-    ``ab_sim.model.equations.effects`` lists. Machine code, derivatives, text and LaTeX are made of
-    them.
-    A method that is not in that list is called by your own deck models only.
+    An effect is a ``NamedTuple``. Its fields are its parameters, and its methods are its formulas
+    in plain Python: ``deck_force``, ``ball_drag`` and others, which
+    ``ab_sim.model.equations.effects`` lists. Machine code, derivatives, text and LaTeX are
+    generated from the methods. Methods that are not in the list are only called by your own deck
+    models.
 
     Parameters
     ----------
     name : str
-        Name in scenes.
+        Name of the effect in scenes.
     equation : str
-        Its equation, one line, symbols as in docs/equations.md.
+        Equation of the effect in one line, with the symbols of docs/equations.md.
     source : str
         Source of the equation, with its number there.
     uses_ball_radius : bool, default False
@@ -45,8 +45,8 @@ def register_effect(
     Raises
     ------
     ValueError
-        Another effect has the name, or a class of the same name; or the class is not a
-        ``NamedTuple``; or a method's name resembles one of the list, and would not be called.
+        Another effect has this name or class name; or the class is not a ``NamedTuple``; or the
+        name of a method resembles a name in the list, so that it would not be called.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def register_effect(
     >>> drive.advance(10).whirl.shape
     (10,)
     """
-    effects.effect_classes()  # those of the package come first, and have their names
+    effects.effect_classes()  # registers those of the package first, so that their names are taken
     add = effects.register(
         name, equation=equation, source=source, uses_ball_radius=uses_ball_radius
     )
@@ -129,5 +129,5 @@ def register_stepper(
     >>> ab_sim.Drive(ab_sim.load_scene("nsc-case-1", changes)).advance(10).whirl.shape
     (10,)
     """
-    steppers.steppers()  # those of the package have their names
+    steppers.steppers()  # registers those of the package first, so that their names are taken
     steppers.register(explicit(name, order, source, rows, weights))

@@ -1,4 +1,4 @@
-"""The call that fits a scene to recordings."""
+"""Function that fits a scene to recordings."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -88,9 +88,10 @@ def identify(
 
     Notes
     -----
-    Least squares over runs that follow the recorded spindle, as of L. Ljung, System
-    Identification, 2nd ed. (1999), sections 7 and 16; what can be known from the singular values
-    of scaled sensitivities. Ctrl-C (KeyboardInterrupt) gives the best so far, marked as such.
+    The method is least squares over runs that follow the recorded spindle (L. Ljung, System
+    Identification, 2nd ed., 1999, sections 7 and 16). Identifiability is determined from the
+    singular values of scaled sensitivities. Ctrl-C (KeyboardInterrupt) ends the search with the
+    best result so far, which is marked as interrupted.
 
     Examples
     --------

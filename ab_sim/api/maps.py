@@ -1,4 +1,4 @@
-"""Calls that repeat an analysis over many values of two parameters."""
+"""Functions that repeat an analysis over many values of two parameters."""
 
 from ab_sim.analysis.held_speed import as_speed
 from ab_sim.analysis.maps import stability
@@ -36,8 +36,8 @@ def stability_map(
     speed : float, optional
         Constant w [rad/s], if it is not on an axis; default: the last one of the scene's profile.
     coarse : int, default 8
-        Spacing of the points looked at first, a power of two. Islands of fewer points may be
-        missed; with 1 every point is computed.
+        Spacing of the points that are computed first, a power of two. Regions of fewer points may
+        be missed; 1 computes every point.
     progress : callable, optional
         Called with the present work, the number of finished points and the total so far.
 

@@ -1,4 +1,4 @@
-"""Calls that analyse resting states, vibration and recovery of a drive."""
+"""Functions that analyse resting states, vibration and recovery of a drive."""
 
 from collections.abc import Callable, Sequence
 
@@ -19,7 +19,7 @@ from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
 
 SPEEDS = 120
-"""Number of speeds at which the stability of branches is computed, besides those near folds."""
+"""Number of evenly spaced speeds at which the stability of branches is computed."""
 SPEED = "speed"
 """Name of the spindle's speed among the keys of parameters."""
 
@@ -95,7 +95,7 @@ def branches(
     Raises
     ------
     SceneError
-        As of ``equilibria``.
+        See ``equilibria``.
     InputError
         ``speeds`` do not increase.
 
@@ -213,7 +213,7 @@ def follow_floquet(
     if len(wanted) < 2:
         raise InputError(f"values = {wanted}: must be at least two")
     if key == SPEED and speed is not None:
-        raise InputError("speed is held, and followed over: give one of them")
+        raise InputError("speed: is constant and also the key to follow over; give one of them")
     at = (
         0.0
         if key == SPEED

@@ -1,4 +1,4 @@
-"""Results of calls that combine several analyses."""
+"""Results of functions that combine several analyses."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class BranchesOverSpeed(Presented):
 class PeriodicSolutions(Presented):
     """Motions that repeat with every turn of the spindle; see ``ab_sim.floquet``.
 
-    A sequence of them, each with its ``multipliers``, its ``verdict`` and its ``orbit``.
+    It is a sequence of solutions, each with its ``multipliers``, ``verdict`` and ``orbit``.
     """
 
     scene: Scene

@@ -1,4 +1,4 @@
-"""Calls that run scenes."""
+"""Functions that run scenes."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -52,7 +52,7 @@ def simulate(
     InputError
         A time is negative or not finite, or the run would not fit into memory.
     DivergedError
-        The state went beyond all bounds.
+        The simulation diverged.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""The call that sizes a balancer."""
+"""Function that sizes a balancer."""
 
 from collections.abc import Sequence
 
@@ -74,11 +74,12 @@ def size(
     share : float, default 0.9
         Share of drives that must be balanced by then.
     residual : float, default 0.1
-        Allowed residual unbalance, as a share of the largest unbalance.
+        Residual unbalance up to which a drive is balanced, relative to the largest unbalance.
     drag_tolerance : float, default 0.2
         Relative tolerance of the drag of built drives, uniform to both sides.
     friction_arm : str or float, default 0
-        Arm of rolling friction [m], which only the runs include, not the predictions.
+        Lever arm of the balls' rolling friction [m]; only the runs include it, the predictions do
+        not.
     runs : int, default 400
         Number of drives with which each share is checked.
     seed : int, default 0

@@ -1,1 +1,1 @@
-"""Errors, names, files, text, colours and workers, which know no drive."""
+"""Errors, names, files, text, colours and worker processes; nothing here depends on a drive."""

@@ -1,4 +1,4 @@
-"""Folder of results that are kept between runs, which no other user can change."""
+"""Folder of cached results, which no other user can change."""
 
 import os
 import stat
@@ -9,10 +9,10 @@ import platformdirs
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of results, created if missing; None if there is no safe place.
+    """Return the folder of cached results, created if missing; None if there is no safe place.
 
-    It is in the user's folder for caches (Linux: ``$XDG_CACHE_HOME``, else ``~/.cache``); in the
-    system's folder for temporary files if another user could write there.
+    The folder is in the user's folder for caches (Linux: ``$XDG_CACHE_HOME``, else ``~/.cache``).
+    If another user could write there, it is in the system's folder for temporary files.
     """
     home = platformdirs.user_cache_path("ab_sim", appauthor=False)
     for base in (home, *_among_temporary_files()):
@@ -29,18 +29,18 @@ def cache_folder() -> Path | None:
 
 
 def _among_temporary_files() -> list[Path]:
-    """Return a folder of this user's among the temporary files, where users have numbers."""
+    """Return this user's folder among the temporary files; empty on systems without user ids."""
     if os.name != "posix":
         return []
     return [Path(tempfile.gettempdir(), f"cache-{os.getuid()}", "ab_sim")]
 
 
 def _is_ours_alone(folder: Path) -> bool:
-    """Return whether only this user can write to the folder or replace it.
+    """Return whether only this user can write to a folder or replace it.
 
-    The content of the folder is trusted. Links were resolved before. Each part of the path must
-    still be a folder: otherwise a link may have replaced it. On Windows, other users have no access
-    to a user's folder for caches.
+    This is required because the folder's content is trusted. Links were resolved before; each part
+    of the path must be a folder, because otherwise a link may have replaced it since. On Windows,
+    other users have no access to a user's folder for caches.
     """
     if os.name != "posix":
         return os.access(folder, os.W_OK)

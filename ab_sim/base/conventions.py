@@ -1,4 +1,4 @@
-"""Conventions of all outputs: page of the notation, turn of shown angles, and last stretch."""
+"""Conventions of all outputs: notation, range of displayed angles, and span of final values."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def last_stretch(samples: int) -> int:
 
 
 def in_one_turn(angles: Angles) -> Angles:
-    """Shift ball angles [rad] by whole turns to above -330 and up to 30 deg.
+    """Shift ball angles [rad] by whole turns into the range from -330 (exclusive) to 30 deg.
 
-    Angles that are there already stay as they are. The cut is 30 deg ahead of the unbalance, where
-    balls do not stay: they start and rest near the unbalance (0) or its opposite (-180).
+    Angles in this range are unchanged. Balls start and rest near the unbalance (0) or opposite to
+    it (-180), so they rarely pass the end of the range, 30 deg ahead of the unbalance.
     """
     return angles + TURN * ((LAST_ANGLE - angles) // TURN)

@@ -1,4 +1,4 @@
-"""The errors a user can meet, each with the exit code of the command line."""
+"""Errors of ab_sim, each with its exit code on the command line."""
 
 import difflib
 from collections.abc import Iterable
@@ -12,11 +12,11 @@ NOT_AS_WRITTEN = (
     TypeError,
     ValueError,
 )
-"""Errors that Python raises if a restored state is not in the written form."""
+"""Errors that Python raises if a stored state does not have the form in which it was written."""
 
 
 class AbSimError(Exception):
-    """Base of every error that ab_sim raises on purpose; its text is meant for the user.
+    """Base class of the errors that ab_sim raises deliberately; their texts are for users.
 
     Examples
     --------
@@ -87,7 +87,7 @@ class Interrupted(AbSimError):
 
 
 class DivergedError(AbSimError):
-    """The state went beyond all bounds; the text names variable, time and a likely cause.
+    """The simulation diverged; the text has the variable, the time and a likely cause.
 
     Examples
     --------
@@ -102,10 +102,10 @@ class DivergedError(AbSimError):
 
 
 def exact(value: float) -> str:
-    """Return a number in the fewest digits that identify it; for the text of an error.
+    """Return a number as text, for an error, with as many digits as identify it.
 
-    A value just beyond a limit must not read like the limit. For an int beyond all floats, six
-    digits are enough.
+    So a value just beyond a limit does not look like the limit. An int that exceeds all floats has
+    six digits.
     """
     try:
         short = f"{value:g}"
@@ -115,9 +115,12 @@ def exact(value: float) -> str:
 
 
 def nearest(word: str, candidates: Iterable[str], similarity: float = 0.5) -> str:
-    """Return ``; did you mean 'x'?`` for the nearest known name, or an empty text; for errors.
+    """Return ``; did you mean 'x'?`` for the most similar name, or an empty text; for errors.
 
-    ``similarity`` is the least ratio, up to 1, at which a name is near.
+    Args:
+        word: unknown name.
+        candidates: known names.
+        similarity: smallest similarity of a suggestion, from 0 to 1 (equal).
     """
     near = difflib.get_close_matches(word, list(candidates), n=1, cutoff=similarity)
     return f"; did you mean {near[0]!r}?" if near else ""

@@ -1,6 +1,6 @@
 """Locks on open files, which end with the process that holds them.
 
-Windows has none of this kind: there nothing is locked, and no file counts as being written.
+Windows has no such locks: there nothing is locked, and no file counts as being written.
 """
 
 from pathlib import Path

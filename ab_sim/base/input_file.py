@@ -11,7 +11,7 @@ def check_regular(path: Path) -> None:
     """Refuse a pipe or a device, which may block a reader or never end.
 
     Raises:
-        OSError: the path is one of these, or does not exist; ``strerror`` has the reason.
+        OSError: the path is a pipe or a device, or does not exist; ``strerror`` has the reason.
     """
     try:
         mode = path.stat().st_mode

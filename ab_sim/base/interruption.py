@@ -1,9 +1,9 @@
-"""Ctrl-C, SIGTERM and a closing terminal: exit at once, or in order if required.
+"""Handling of Ctrl-C, SIGTERM and a closing terminal: exit immediately, or in order if required.
 
 Python runs signal handlers in the main thread, between two bytecode instructions. While LLVM
-compiles, that is seconds too late, and an exception raised there surfaces at an arbitrary place: in
-an import, or in a callback that prints it and continues. So the handlers here do nothing. Python's
-C code writes the signal's number to a socket, and a thread that reads it acts on it.
+compiles, this is seconds too late. An exception of a handler also occurs at an arbitrary place,
+such as an import, or a callback that prints it and continues. So the handlers here do nothing.
+Python's C code writes the signal's number to a socket, and a thread reads it and acts.
 """
 
 import contextlib
@@ -22,8 +22,8 @@ from typing import NoReturn
 SHOW_CURSOR = b"\x1b[?25h"
 """Terminal code that shows the cursor, which a progress bar may have hidden."""
 ONE_WISH = 1.0
-"""Time after the first signal in which further ones count as the same request [s]: Ctrl-C reaches a
-program from its terminal, and again from the launch that started it."""
+"""Time after a signal in which further ones count as the same request [s]: a program that ros2
+launch has started gets Ctrl-C twice, from its terminal and from ros2 launch."""
 _CLOSED = getattr(signal, "SIGHUP", None)
 """Signal of a closing terminal; Windows has none."""
 KEPT = [number for number in (signal.SIGINT, _CLOSED) if number is not None]
@@ -33,9 +33,9 @@ _watching = _leaving = False
 
 
 def watch() -> None:
-    """Let signals end the process at once, with one line and exit code 128 + their number.
+    """Make signals end the process immediately, with one line and exit code 128 + their number.
 
-    Call it before slow imports. A second call does nothing.
+    This function should be called before slow imports. A second call does nothing.
     """
     global _watching
     if _watching:
@@ -44,8 +44,8 @@ def watch() -> None:
     outlet, inlet = socket.socketpair()  # Windows writes signals to sockets only
     inlet.setblocking(False)
     signal.set_wakeup_fd(inlet.detach(), warn_on_full_buffer=False)
-    # Background jobs of a shell ignore SIGINT, but a sender of SIGINT means it. A process that
-    # ignores SIGHUP (nohup) is respected.
+    # SIGINT is also handled in background jobs, whose shell makes them ignore it: it was sent on
+    # purpose. SIGHUP remains ignored if it was (nohup).
     numbers = [signal.SIGINT, signal.SIGTERM]
     if _CLOSED is not None and signal.getsignal(_CLOSED) is not signal.SIG_IGN:
         numbers.append(_CLOSED)
@@ -57,10 +57,10 @@ def watch() -> None:
 
 @contextlib.contextmanager
 def in_order() -> Iterator[threading.Event]:
-    """Set the yielded event on the first signal, instead of ending the process.
+    """Yield an event that the first signal sets, instead of ending the process.
 
-    A later signal ends the process at once. Signals within ``ONE_WISH`` of the first count as the
-    same one, even after this context.
+    A later signal ends the process immediately. Signals within ``ONE_WISH`` after the first one are
+    ignored, even after this context.
     """
     global _stopping
     stopping = _stopping = threading.Event()
@@ -72,11 +72,11 @@ def in_order() -> Iterator[threading.Event]:
 
 @contextlib.contextmanager
 def kept_from_children() -> Iterator[None]:
-    """Keep Ctrl-C and a closing terminal from processes that this thread starts in the context.
+    """Block Ctrl-C and the signal of a closing terminal in processes started in the context.
 
-    They inherit the signals that the thread blocks, from their first instruction on. In this
-    process another thread takes the signals, so that none is lost. A signal to such a process waits
-    until it calls ``accept_signals``.
+    Child processes inherit the signals that this thread blocks, from their first instruction on. In
+    this process, another thread receives the signals, so that none is lost. In a child, signals are
+    pending until it calls ``accept_signals``.
     """
     if not hasattr(signal, "pthread_sigmask"):  # Windows, which has other means
         yield
@@ -89,7 +89,7 @@ def kept_from_children() -> Iterator[None]:
 
 
 def accept_signals() -> None:
-    """Accept the signals that ``kept_from_children`` has blocked for this process."""
+    """Unblock the signals that ``kept_from_children`` of the parent has blocked in this process."""
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, KEPT)
 
@@ -97,8 +97,8 @@ def accept_signals() -> None:
 def exit_process(code: int) -> NoReturn:
     """End the process with an exit code, after everything has been cleaned up.
 
-    Python itself would first free compiled kernels and modules, which takes half a second, or two
-    on a busy machine.
+    Python's own exit would first free compiled kernels and modules, which takes half a second, or
+    two on a busy machine.
     """
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError):  # the reader may have gone
@@ -109,14 +109,14 @@ def exit_process(code: int) -> NoReturn:
 
 
 def leave_at_exit() -> None:
-    """Have ``left_at_exit`` end the process: a library would keep Python from its own end."""
+    """Make ``left_at_exit`` end the process, because a library would block Python's own exit."""
     global _leaving
     _leaving = True
 
 
 @contextlib.contextmanager
 def left_at_exit() -> Iterator[None]:
-    """End the process right after the ``with`` block if that has called ``leave_at_exit``."""
+    """End the process after the context if ``leave_at_exit`` was called in it."""
     code = 0
     try:
         yield

@@ -1,7 +1,7 @@
-"""YAML from outside within limits: scenes, profiles, changes, values on the command line.
+"""Reader of YAML from users, with limits: scenes, profiles, changes, values of options.
 
-A few hundred bytes with nested aliases can stand for billions of values. So the values behind
-aliases are counted while a text is read, and reading stops at a limit.
+A few hundred bytes with nested aliases can expand to billions of values. So the values that aliases
+refer to are counted while a text is read, and reading stops at a limit.
 """
 
 import re
@@ -17,7 +17,7 @@ from ab_sim.base.quoting import short, shortened
 MOST_BYTES = 1 << 18
 """Largest size of a text; a profile with the largest number of segments takes half of it."""
 MOST_VALUES = 50_000
-"""Largest number of keys, values and collections; those behind aliases count each time."""
+"""Largest number of keys, values and collections; those of an alias count at each use."""
 MOST_LEVELS = 30
 """Largest nesting of collections."""
 MOST_DIGITS = 100
@@ -33,7 +33,7 @@ class _TooMuch(yaml.YAMLError):
 
 
 class _Limited(yaml.SafeLoader):
-    """YAML within limits; a repeated key is an error instead of silently replacing the first."""
+    """YAML loader with limits; a repeated key is an error, and does not replace the first one."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
@@ -74,9 +74,9 @@ class _Limited(yaml.SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
     def construct_number(self, node: yaml.ScalarNode) -> float:
-        """Construct a number as it reads: 010 is 10, and 1:30 is refused.
+        """Construct a number as a reader expects it: 010 is 10, and 1:30 is refused.
 
-        YAML 1.1, which is SafeLoader's, has 8 and 90 there.
+        By YAML 1.1, which SafeLoader implements, these numbers are 8 and 90.
         """
         if len(node.value) > MOST_DIGITS:
             raise _TooMuch(f"has a number of more than {MOST_DIGITS} digits{_at(node)}")
@@ -96,11 +96,11 @@ for _kind in ("int", "float"):
 
 
 def read_yaml(text: str) -> Any:
-    """Return the content of a text.
+    """Return the content of a YAML text.
 
     Raises:
-        ValueError: the text is not YAML, or exceeds a limit; the message is to be put after the
-            text's name.
+        ValueError: the text is not YAML, or exceeds a limit; the message has no subject, and the
+            caller puts the text's name in front of it.
     """
     if len(text.encode(errors="replace")) > MOST_BYTES:
         raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
@@ -113,12 +113,12 @@ def read_yaml(text: str) -> Any:
 
 
 def yaml_text(content: Mapping[str, Any]) -> str:
-    """Return plain values as YAML, with keys in their order."""
+    """Return a mapping of plain values as YAML, with its keys in their order."""
     return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True)
 
 
 def read_yaml_file(path: Path) -> Any:
-    """Return the content of a file.
+    """Return the content of a YAML file.
 
     Raises:
         ValueError: see ``read_yaml``.

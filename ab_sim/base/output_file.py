@@ -23,14 +23,14 @@ BAG_FILE = (".mcap", ".db3", ".bag")
 
 
 LONGEST_NAME = 255
-"""Bytes of a file's name, on the usual file systems."""
+"""Largest length of a file's name on common file systems [bytes]."""
 
 
 def check_name(path: Path, label: str) -> None:
-    """Refuse a name that file systems, or the libraries that write files, do not take.
+    """Refuse a name that file systems, or libraries that write files, do not support.
 
     Raises:
-        InputError: names the path and what is allowed.
+        InputError: the name is not allowed; the message has the path and what is allowed.
     """
     try:
         lengths = [len(part.encode()) for part in path.parts]
@@ -43,7 +43,7 @@ def check_name(path: Path, label: str) -> None:
 
 
 def check_ending(path: Path, endings: Sequence[str], label: str) -> None:
-    """Refuse a file name with another ending: a typo could replace, say, a picture.
+    """Refuse a file name with another ending than allowed, with which a typo could replace a file.
 
     Args:
         path: file to be written.
@@ -62,7 +62,7 @@ def check_ending(path: Path, endings: Sequence[str], label: str) -> None:
 
 
 def check_folder(path: Path, label: str) -> None:
-    """Refuse a bag's folder that is named like a file in it.
+    """Refuse a name of a bag's folder that ends like the name of a bag's file.
 
     Args:
         path: path of the folder.
@@ -133,7 +133,7 @@ def check_can_be_made(folder: Path, label: str) -> None:
 
 
 def _try_folder(folder: Path) -> None:
-    """Write and remove a temporary file, because access rights alone do not show whether one can.
+    """Write and remove a temporary file, as a test: access rights alone are not sufficient.
 
     Raises:
         OSError: the folder cannot be written: no rights or space, or the file system refuses files.
@@ -158,10 +158,10 @@ def write_whole(file: Path, content: bytes) -> None:
 
 @contextlib.contextmanager
 def replacing(file: Path) -> Iterator[Path]:
-    """Yield another file in the same folder, which becomes ``file`` at the end.
+    """Yield a temporary file in the same folder, which replaces ``file`` at the end.
 
-    After an exception it is removed, and nothing has changed. The folder is created if missing. If
-    ``file`` is a link, its target is replaced.
+    After an exception, the temporary file is removed, and nothing has changed. The folder is
+    created if missing. If ``file`` is a link, its target is replaced.
 
     Raises:
         OSError: the file cannot be written.

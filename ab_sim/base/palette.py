@@ -1,11 +1,11 @@
-"""Colours of all pictures: those with a meaning, those of the balls, and any number of others.
+"""Colours of all pictures: colours with a meaning, of the balls, and of any number of curves.
 
-matplotlib, plotly and Rerun draw with this one table. Its colours are visible on light and dark
-backgrounds (contrast of at least 3 to white and to Rerun's dark grey), because Rerun's views follow
-the viewer's theme.
+All pictures, by matplotlib, plotly and Rerun, use this table. The colours are visible on light and
+dark backgrounds (contrast of at least 3 to white and to Rerun's dark grey), because Rerun's views
+follow the viewer's theme.
 
-Distances are those of OKLab (B. Ottosson, A perceptual color space for image processing, 2020), in
-which equal steps look about equally large.
+Distances of colours are those of OKLab (B. Ottosson, A perceptual color space for image processing,
+2020), in which equal distances look about equally large.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ GREY: Colour = (128, 128, 128)
 RUN = RESIDUAL = BLUE
 """Colour of the run itself: its speed, whirl, torque and residual unbalance."""
 UNBALANCE = VERMILION
-"""Colour of the rotor's unbalance, and of the part once per revolution."""
+"""Colour of the rotor's unbalance, and of once-per-turn vibration."""
 RESULTANT = GREEN
 """Colour of the balls' sum of m R."""
 BALANCED = LIME
@@ -62,13 +62,13 @@ _LAB = np.array([
 
 @lru_cache
 def ball_colour(number: int) -> Colour:
-    """Return the colour of a ball, counted from 0, in every picture."""
+    """Return the colour of a ball by its number, from 0; it is the same in all pictures."""
     meant = (RUN, UNBALANCE, RESULTANT, BALANCED, GREY)
     return distinct(number + 1, FIRST_BALLS, avoid=meant, lightness=ON_BOTH)[number]
 
 
 def series_colours(count: int) -> list[Colour]:
-    """Return colours of curves of one kind that are no balls."""
+    """Return the colours of a number of curves that do not belong to balls."""
     return distinct(count, SERIES, avoid=(GREY,), lightness=ON_BOTH)
 
 
@@ -85,17 +85,17 @@ def distinct(
     lightness: tuple[float, float] = ON_LIGHT,
     hues: tuple[float, float] = (0.0, 360.0),
 ) -> list[Colour]:
-    """Return distinct colours; each next one is the farthest from those before it.
+    """Return distinct colours; each one is as far as possible from those before it.
 
-    The first ones therefore do not depend on the number requested.
+    So the first colours do not depend on the number of colours.
 
     Args:
         count: number of colours.
         first: colours to begin with.
         avoid: colours with other meanings.
-        lightness: range of those after the first, 0 to 1.
-        hues: range of those after the first [deg] in OKLab: 30 red, 70 orange, 110 yellow, 140
-            green, 195 cyan, 265 blue, 325 purple.
+        lightness: range of the lightness of colours after ``first``, 0 (black) to 1 (white).
+        hues: range of the hues of colours after ``first``, in OKLab [deg]: 30 red, 70 orange, 110
+            yellow, 140 green, 195 cyan, 265 blue, 325 purple.
     """
     chosen = list(first[:count])
     candidates = _candidates(lightness, hues)
@@ -119,7 +119,7 @@ def oklab(colours: Sequence[Colour] | np.ndarray) -> np.ndarray:
 
 @lru_cache
 def _candidates(lightness: tuple[float, float], hues: tuple[float, float]) -> np.ndarray:
-    """Return the colours of a screen within the ranges, except dull ones; shape (colours, 3)."""
+    """Return a grid of vivid colours within ranges of lightness and hue, of shape (colours, 3)."""
     grid = np.arange(0, 256, 15)
     colours = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
     light, a, b = oklab(colours).T

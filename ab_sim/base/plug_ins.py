@@ -25,9 +25,10 @@ _installed_begun = False
 
 
 def load_installed() -> None:
-    """Import the modules of the entry-point group, once.
+    """Import the modules of the entry-point group, unless they have been imported.
 
-    Every registry calls this before it is read. A plug-in may read registries while it registers.
+    Every registry calls this function before it is read. A plug-in may read registries while it
+    registers.
 
     Raises:
         InputError: a module cannot be imported; the message names its package.
@@ -46,15 +47,15 @@ def load_installed() -> None:
                     "update or uninstall the package",
                 )
         except InputError:
-            _installed_begun = False  # the next reader is told, too
+            _installed_begun = False  # so that the next reader gets the error, too
             raise
 
 
 def load_files(files: Iterable[str | Path], option: str = LOAD) -> None:
-    """Import Python files that register something, each once.
+    """Import plug-in files, each once.
 
     Args:
-        files: the files; the module has the name of its file, without `.py`.
+        files: Python files; a module has the name of its file, without `.py`.
         option: option or parameter that names the files, for messages.
 
     Raises:
@@ -79,7 +80,7 @@ def load_files(files: Iterable[str | Path], option: str = LOAD) -> None:
 
 
 def loaded_files() -> tuple[str, ...]:
-    """Return the files of ``load_files``, for processes that share the work."""
+    """Return the files that ``load_files`` has imported, for worker processes."""
     return tuple(map(str, _files.values()))
 
 

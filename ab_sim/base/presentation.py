@@ -1,8 +1,7 @@
 """Presentation of results: in a terminal, in a notebook, as a picture and as a data frame.
 
-A result class provides *facts*, a few words by name, and perhaps *columns* of a table. Its drawing
-function is looked up by name on use, as is matplotlib; neither this module nor the packages with
-results import them.
+A result class provides *facts*, short texts by name, and may provide *columns* of a table. Its
+drawing function is imported by name on use, because matplotlib takes long to import.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class Values(Protocol):
 
 
 class Column(NamedTuple):
-    """A column of a result's table."""
+    """Column of a result's table."""
 
     unit: str | None
     """SI unit; 1 for dimensionless numbers, None for texts."""
@@ -54,7 +53,7 @@ class Presented:
         raise NotImplementedError
 
     def _columns(self) -> Columns:
-        """Return the columns of its table, all of one length."""
+        """Return the columns of the result's table, all of one length."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -75,23 +74,23 @@ class Presented:
         Returns
         -------
         matplotlib.figure.Figure
-            Figure to show in a notebook, change, or write with its ``savefig``; the same as the
-            command line's ``--plot``, if that draws this result.
+            Figure to show in a notebook, to change, or to write with ``savefig``. It is equal to
+            that of the command's ``--plot``, if the command draws this result.
         """
         return drawn(self._picture, self)
 
     def to_dataframe(self) -> DataFrame:
-        """Return its table as a pandas data frame, one column for each name.
+        """Return the result's table as a pandas data frame.
 
         Returns
         -------
         pandas.DataFrame
-            ``attrs["units"]`` has the columns' units by name, SI; None for texts.
+            One column for each name. ``attrs["units"]`` has the SI units by name; None for texts.
 
         Raises
         ------
         ImportError
-            pandas is not installed, which ab_sim does not need otherwise.
+            pandas is not installed; nothing else in ab_sim needs it.
         """
         return data_frame(self._columns())
 
@@ -123,10 +122,10 @@ def number(value: float | None, unit: str = "") -> str:
 
 
 def finite_or_none(value: Any) -> Any:
-    """Return a report's values with None for every non-finite number, which JSON lacks.
+    """Return a value with None in place of non-finite numbers, which JSON does not have.
 
     Args:
-        value: a number, text, or lists and mappings of them.
+        value: number, text, or lists and mappings of them.
     """
     if isinstance(value, dict):
         return {key: finite_or_none(entry) for key, entry in value.items()}
@@ -136,7 +135,7 @@ def finite_or_none(value: Any) -> Any:
 
 
 def ends(first: float, last: float, unit: str) -> str:
-    """Return a range in words."""
+    """Return a range with its unit, as text."""
     return f"{first:.4g} to {last:.4g} {unit}"
 
 
@@ -161,7 +160,7 @@ def titled(name: str, unit: str | None) -> str:
 
 
 def _cell(value: object) -> str:
-    # numpy's floats are Python's, too.
+    # numpy's float64 is a float, too.
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, Sequence) and not isinstance(value, str):

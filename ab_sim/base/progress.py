@@ -1,7 +1,7 @@
-"""Progress of long work."""
+"""Type of the callback for the progress of long work."""
 
 from collections.abc import Callable
 
 Progress = Callable[[str, int, int], None]
-"""Callback for the present work, the finished count and the total. An exception from it ends the
-work."""
+"""Callback that gets the name of the present work, the finished count and the total count. An
+exception that it raises ends the work."""

@@ -1,12 +1,12 @@
-"""Fields of a message in protobuf's wire format, without its schema."""
+"""Parser of protobuf messages that needs no schema."""
 
 from typing import Any
 
-_SIZES = {1: 8, 5: 4}  # bytes of numbers of fixed size, by the kind of a field
+_SIZES = {1: 8, 5: 4}  # sizes of numbers of fixed size [bytes], by kind of field
 
 
 def fields_of(message: bytes) -> dict[int, list[Any]]:
-    """Return the values of each field by its number: integers, or bytes.
+    """Return the values of each field of a message, integers or bytes, by the field's number.
 
     Raises:
         ValueError: the message is damaged.

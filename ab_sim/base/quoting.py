@@ -1,4 +1,4 @@
-"""Text and values from outside in messages: short, and without terminal codes."""
+"""Quotation of texts and values from users in messages: short, and without terminal codes."""
 
 import unicodedata
 
@@ -7,10 +7,10 @@ MOST = 200
 
 
 def visible(text: str) -> str:
-    """Return a text with its control characters written out; line breaks are kept.
+    """Return a text with control characters replaced by their codes; line breaks are kept.
 
-    A terminal would obey them: hide, move, colour or reverse the text around them. An escape
-    becomes the four characters of its code, in Python's notation.
+    A terminal would execute control characters, which may hide, move, colour or reverse text. The
+    codes are in Python's notation; an escape, for example, becomes four characters.
     """
     if text.isprintable():
         return text
@@ -21,7 +21,7 @@ def visible(text: str) -> str:
 
 
 def short(value: object) -> str:
-    """Return a value in Python's notation, shortened."""
+    """Return a value in Python's notation, without its middle if it is long."""
     try:
         return shortened(repr(value))
     except ValueError:  # Python does not write an int of more than 4300 digits

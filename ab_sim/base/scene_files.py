@@ -1,4 +1,4 @@
-"""Folder and unchecked content of scene files; imports fast, without the checks."""
+"""Folder and content of scene files; the content is not checked, so that this imports fast."""
 
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,11 @@ SCENES = Path("config", "scenes")
 
 
 def scene_folder() -> Path:
-    """Return the folder of the package's scenes: in a checkout, or installed."""
+    """Return the folder of the scenes that come with ab_sim, in a checkout or installed.
+
+    Raises:
+        SceneError: the scenes are not installed.
+    """
     here = Path(__file__).resolve()
     checkout = here.parents[2] / SCENES
     # pip and colcon both install to `<prefix>/share/ab_sim`; the package is below the prefix.
@@ -20,7 +24,7 @@ def scene_folder() -> Path:
     for folder in (checkout, *installed):
         if folder.is_dir():
             return folder
-    raise SceneError("the scenes that come with ab_sim are not installed beside it; reinstall it")
+    raise SceneError("the scenes that come with ab_sim are not installed; reinstall ab_sim")
 
 
 def scene_names() -> list[str]:
@@ -46,10 +50,13 @@ def scene_names() -> list[str]:
 
 
 def find_scene(scene: str | Path) -> Path:
-    """Return the file of a scene given by name (``thesis-hold``) or by path.
+    """Return the file of a scene.
+
+    Args:
+        scene: name of a scene that comes with ab_sim, or path of a YAML file.
 
     Raises:
-        SceneError: neither a file nor a known name; the message has the nearest one.
+        SceneError: there is no such file or name; the message has the nearest name.
     """
     path = Path(scene)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:

@@ -1,4 +1,4 @@
-"""Sources of a kernel, found by its imports, so that no list can become stale."""
+"""Sources of a kernel, determined from imports, so that no list of files must be maintained."""
 
 import ast
 import functools
@@ -16,14 +16,15 @@ _TYPES_ONLY = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
 
 
 class NotOfSources(Exception):
-    """The sources of a kernel cannot be determined from the present files."""
+    """Error: the sources of a kernel cannot be determined from the present files."""
 
 
 class ModuleSource(NamedTuple):
-    """A module's file."""
+    """Source file of a module."""
 
     path: Path
     digest: str
+    """SHA-256 of the file's content."""
     imports: frozenset[str]
     """Names of imported modules, and of imported objects that could be modules."""
 
@@ -31,12 +32,12 @@ class ModuleSource(NamedTuple):
 def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
     """Return the sources of modules and of everything that they import, by module name.
 
-    Imports for type checkers and of the standard library do not count, nor do installed packages of
-    others, see ``versions``.
+    Imports for type checkers, and of the standard library, are omitted. For other installed
+    packages, see ``versions``.
 
     Raises:
-        NotOfSources: a module has no source file, or the file was changed after this process began
-            and may differ from the imported version.
+        NotOfSources: a module has no source file; or its file was changed after the start of this
+            process, and may differ from the imported version.
     """
     by_module: dict[str, ModuleSource] = {}
     tops = frozenset(module.partition(".")[0] for module in modules)
@@ -81,7 +82,7 @@ def _imported(module: str, tops: frozenset[str]) -> tuple[tuple[str, str], ...]:
 
 @functools.cache
 def _version(package: str) -> str:
-    """Return an installed package's version; empty if the import finds something else."""
+    """Return the version of an installed package; empty if the import is not such a package."""
     file = _file(package)
     if file is None or file.name != "__init__.py":
         return ""
@@ -103,7 +104,7 @@ def _named_as(package: str, file: Path) -> metadata.Distribution | None:
 
 
 def _recording(file: Path) -> metadata.Distribution | None:
-    """Return the distribution whose record contains a package's file: yaml belongs to PyYAML."""
+    """Return the distribution that lists a package's file, for names that differ (yaml: PyYAML)."""
     place = file.parents[1]
     line = f"\n{file.relative_to(place).as_posix()},".encode()
     for record in place.glob("*.dist-info/RECORD"):
@@ -129,8 +130,8 @@ def _source(module: str) -> ModuleSource:
         raise NotOfSources(f"{module} has no file to import it from")
     try:
         source = _read(module, path)
-        # The time of the file's last change, which no program can set. It is read each time,
-        # because a module that was edited may be imported again.
+        # ctime is the time of the last change, which programs cannot set. It is read each time,
+        # because an edited module may be imported again.
         changed = path.stat().st_ctime
     except OSError as error:
         raise NotOfSources(str(error)) from error
@@ -168,9 +169,10 @@ def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:
 
 @functools.cache
 def _process_start() -> float:
-    """Return the start of the process [s since the epoch], rounded up to a clock tick.
+    """Return the start time of the process [s since the epoch], rounded up to a clock tick.
 
-    psutil's is up to a second early on Linux: it adds to the time of boot in whole seconds.
+    On Linux, the time that psutil returns is up to a second early, because it is computed from the
+    time of boot in whole seconds.
     """
     if not (status := Path("/proc/self/stat")).exists():
         import psutil

@@ -1,4 +1,4 @@
-"""Numbers from files, which anybody can have changed: of their kind, and within bounds."""
+"""Checks of numbers from files, which may have been edited: type and range."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -12,14 +12,14 @@ T = TypeVar("T")
 MOST_WHOLE = 2**63 - 1
 """Largest number of steps or nanoseconds."""
 MOST_TIME = 2.0**31
-"""s; a message's stamp cannot say more."""
+"""Largest time that the stamp of a ROS message can have [s]."""
 
 
 def whole(value: Any, least: int = -MOST_WHOLE, most: int = MOST_WHOLE) -> int:
-    """Return a whole number.
+    """Return a value if it is a whole number within limits.
 
     Raises:
-        ValueError: it is none, or out of bounds.
+        ValueError: the value is not a whole number, or is outside the limits.
     """
     if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
         raise ValueError(f"{short(value)} is not a whole number from {least} to {most}")
@@ -27,10 +27,10 @@ def whole(value: Any, least: int = -MOST_WHOLE, most: int = MOST_WHOLE) -> int:
 
 
 def finite(value: Any, least: float = -math.inf, most: float = math.inf) -> float:
-    """Return a finite number.
+    """Return a value if it is a finite number within limits.
 
     Raises:
-        ValueError: it is none, or out of bounds.
+        ValueError: the value is not a finite number, or is outside the limits.
     """
     if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
         raise ValueError(f"{short(value)} is not a finite number")
@@ -40,10 +40,10 @@ def finite(value: Any, least: float = -math.inf, most: float = math.inf) -> floa
 
 
 def entry(values: Mapping[str, Any], name: str, parse: Callable[[Any], T]) -> T:
-    """Return an entry of a restored state as ``parse`` reads it.
+    """Return an entry of a stored state, converted by ``parse``.
 
     Raises:
-        ValueError: it is missing, or of another form.
+        ValueError: the entry is missing, or ``parse`` refuses it.
     """
     if not isinstance(values, Mapping) or name not in values:
         raise ValueError(f"{name}: is missing; save it again")
@@ -56,7 +56,7 @@ def entry(values: Mapping[str, Any], name: str, parse: Callable[[Any], T]) -> T:
 
 
 def reason_of(error: Exception) -> str:
-    """Return the reason why a restored state is refused, for errors in `NOT_AS_WRITTEN`."""
+    """Return the reason why a stored state is refused, from an error in `NOT_AS_WRITTEN`."""
     if isinstance(error, ValueError):
         return str(error)
     return f"it is not in the form that ab_sim writes ({short(error)}); save it again"

@@ -1,4 +1,4 @@
-"""A function applied to many items, in several processes if their start pays off."""
+"""Worker processes that apply a function to many items, started only if the work takes long."""
 
 import contextlib
 import multiprocessing
@@ -23,12 +23,12 @@ CHUNK = 16
 TRIAL = 0.5
 """Time in which this process works alone, to estimate the total time [s]."""
 AHEAD = 3
-"""Number of parts that are sent to each process before results are waited for."""
+"""Number of parts that each process gets in advance, before results are awaited."""
 WORTH_IT = 20.0
 """Estimated time above which processes are started, which takes some seconds [s]."""
 
 KEPT = "finished work is kept, the same command continues it"
-"""Text for shared work that ends early: finished work is on disk."""
+"""Message for work that ends early; finished work is on disk."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -41,18 +41,18 @@ class WorkerLost(AbSimError):
 
 
 class Workers:
-    """A context manager with worker processes, started when the work takes long.
+    """Context manager with worker processes, which are started when the work takes long.
 
-    Threads would compete for Python's lock: a point of a map is mostly Python. Processes are
-    spawned, since a fork would break locks and threads of the machine code. So a program that uses
-    more than one needs the usual ``if __name__ == "__main__":``.
+    Threads are not used, because they would compete for Python's lock. Processes are spawned,
+    because a fork would break locks and threads of the machine code. Therefore a program that uses
+    several processes needs ``if __name__ == "__main__":``.
 
-    ``concurrent.futures.ProcessPoolExecutor`` starts processes while it waits for others; if one is
-    killed meanwhile, it fails or hangs. Here each process has its own pipe, whose end shows that
-    the process has ended.
+    ``concurrent.futures.ProcessPoolExecutor`` is not used, because it fails or hangs if a process
+    is killed while it starts another. Here each process has its own pipe, whose end shows that the
+    process has ended.
 
     Args:
-        count: number of processes; 1: no other process.
+        count: number of processes; 1: work in this process only.
     """
 
     def __init__(self, count: int) -> None:
@@ -81,8 +81,8 @@ class Workers:
         """Yield results in the order of the items, as they are computed.
 
         Args:
-            function: of a module, or a partial of one.
-            items: its arguments.
+            function: function of a module, or a ``partial`` of one.
+            items: arguments of the function, one for each call.
             chunk: number of items that a process gets at a time.
 
         Raises:
@@ -99,7 +99,7 @@ class Workers:
                 continue
             spent, self._spent = spent + took, self._spent + took
             ahead = spent * (len(items) - done) / done
-            # A caller with much work before is likely to continue.
+            # If earlier calls have taken long, it is likely that more will follow.
             if self._count > 1 and spent > TRIAL and max(ahead, self._spent) > WORTH_IT:
                 self._start()
         if self._threads is not None and done < len(items):
@@ -110,7 +110,7 @@ class Workers:
     def _shared(
         self, function: Callable[[Item], Result], parts: Iterator[Sequence[Item]]
     ) -> Iterator[Result]:
-        """Yield results of parts, with a few parts ahead: there may be millions in all."""
+        """Yield results of parts; only some parts are sent in advance, as there may be millions."""
         assert self._threads is not None
         sent: deque[Future[Sequence[Result]]] = deque()
         for part in parts:
@@ -123,8 +123,8 @@ class Workers:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         with kept_from_children():
-            resource_tracker.ensure_running()  # which the first process would start otherwise
-        with kept_from_children():  # again: the tracker has unblocked the signals
+            resource_tracker.ensure_running()  # otherwise the first process would start it
+        with kept_from_children():  # again, because starting the tracker unblocks the signals
             for _ in range(self._count):
                 here, there = context.Pipe()
                 process = context.Process(target=_work, args=(there, loaded_files()), daemon=True)
@@ -143,8 +143,7 @@ class Workers:
             results, error = connection.recv()
         except (EOFError, OSError) as ended:
             raise WorkerLost(
-                "a process that shared the work was ended, by a signal or for want of memory; "
-                f"{KEPT}"
+                f"a worker process was ended, by a signal or because memory was exhausted; {KEPT}"
             ) from ended
         finally:
             self._idle.put(connection)

@@ -11,9 +11,9 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 @interruption.left_at_exit()
 def main() -> None:
-    """Run the command; an error is one message and an exit code.
+    """Run the command; for an error of ab_sim, print its message and exit with its code.
 
-    0 done, 1 refused by a node, 2 bad input, 3 diverged, 130 interrupted.
+    Exit codes: 0 done, 1 refused by a node, 2 bad input, 3 diverged, 130 interrupted.
     """
     interruption.watch()
     from ab_sim.base.errors import AbSimError, Interrupted
@@ -35,6 +35,6 @@ def main() -> None:
         if error.errno not in _NO_ROOM or error.filename is not None:
             raise
         print(f"ab-sim: cannot write standard output: {error.strerror}", file=sys.stderr)
-        # Python flushes it once more at the end.
+        # Python flushes standard output again at exit, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(2)

@@ -31,8 +31,8 @@ class ModesOptions(NamedTuple):
     Symbols, signs and angles: docs/conventions.md
 
     Args:
-        speed SPEED: Spindle speed of the table [rad/s].
-        plot: Draw frequencies and damping over speed (Campbell): .png, .svg or .pdf.
+        speed SPEED: Spindle speed for the table of modes [rad/s].
+        plot: Draw frequencies and damping over speed (Campbell diagram): .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -46,12 +46,13 @@ class ModesOptions(NamedTuple):
 class EquilibriaOptions(NamedTuple):
     """Find resting states at a constant speed, and their stability.
 
-    Prints all resting states at one speed, by label. A state p+q has p balls on the side of the
-    displacement and q balls on the opposite side; of two such states, /1 has the larger whirl and
-    /2 the smaller. If balls differ, the label has a sign for each ball. The balanced state has no
-    whirl. For speeds up to spindle.max_speed it prints the speeds at which states begin, end
-    and become unstable, and the ranges without a stable state. The verdicts neglect friction and
-    contact of balls.
+    In a resting state, the balls do not move relative to the rotor. The command prints all resting
+    states at one speed, by label. A state p+q has p balls on the side of the displacement and q
+    balls on the opposite side; of two such states, /1 has the larger whirl and /2 the smaller. If
+    balls differ, the label has a sign for each ball. The balanced state has no whirl. For speeds up
+    to spindle.max_speed, the command prints the speeds at which states begin, end and become
+    unstable, and the ranges without a stable state. The verdicts neglect friction and contact of
+    balls.
 
     The JSON has `branches`, each with label, W and u (on the rotating axes) [m], phase and theta
     [rad], assignments (number of ways to assign the places to the balls, null in a continuum),
@@ -84,6 +85,8 @@ class EquilibriaOptions(NamedTuple):
 class StabilityOptions(NamedTuple):
     """Map stability over two values, or outcomes over start angles.
 
+    A map shows for which values the balanced state is stable. A basin shows how runs end.
+
     A map is refined only near borders, and computed points are kept: an interrupted map continues.
     Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole numbers;
     `kinds`, each with label, name and share of the map; the number of `points`, and of `computed`
@@ -107,12 +110,12 @@ class StabilityOptions(NamedTuple):
         map KEY=RANGE,KEY=RANGE: Keys of the map's two axes, horizontal and vertical. A range is
             FROM:TO or FROM:TO:COUNT, with 200 values by default; e.g.
             speed=50:300,balls.mass=0.001:0.004.
-        coarse N: Spacing of a map's first points, a power of two. The map may miss islands of fewer
-            than N by N points; 1 computes every point. Default: 8.
+        coarse N: Spacing of the points of the map that are computed first, a power of two. Regions
+            smaller than N by N points may be missed; 1 computes every point. Default: 8.
         against BALLS: Compare the map with that of another number of balls of the same total mass.
         each KEY=V,V,...: Further key, with one map for each of its values, e.g.
             balls.mass=0.001,0.002,0.004. One picture shows the borders of all maps.
-        basin N: Run the scene from N by N start angles of its first two balls.
+        basin N: Map how runs of the scene end, from N by N start angles of its first two balls.
         plot: Draw the map or the basin: .png, .svg or .pdf.
     """
 
@@ -150,7 +153,7 @@ class FloquetOptions(NamedTuple):
 
     Args:
         begin --from START: Start of the search: start (the scene's start), balanced (the balanced
-            position) or settled (the state after some hundreds of turns). Default: each of them.
+            position) or settled (the state after some hundreds of turns). Default: all three.
         over KEY=FROM:TO:COUNT: Follow a solution over the speed, e.g. speed=100:500:41, or over a
             key of the scene, e.g. race.radius=0.02:0.04:21, and locate the borders of stability.
         plot: Draw the multipliers in the complex plane; with --over the largest modulus over the
@@ -186,7 +189,8 @@ class RecoveryOptions(NamedTuple):
     Symbols, signs and angles: docs/conventions.md
 
     Args:
-        drags FROM:TO:COUNT: Drags of the race [N s/m], evenly spaced.
+        drags FROM:TO:COUNT: Range of drag coefficients of the race to compare [N s/m], and their
+            number; they are evenly spaced.
         plot: Draw settling time and amplitude over drag: .png, .svg or .pdf.
     """
 
@@ -206,8 +210,8 @@ class PaperOptions(NamedTuple):
     tables (title, columns, rows) and pictures (file, caption).
 
     Args:
-        name NAME: Name of the paper. Default: list all papers.
-        out FOLDER: Folder for page and pictures.
+        name NAME: Name of the paper to reproduce. Default: list all papers.
+        out FOLDER: Folder in which the page and its pictures are written.
     """
 
     name: Annotated[str | None, Argument(show_default=False)] = None

@@ -38,7 +38,7 @@ class SafeGroup(TyperGroup):
             return super().invoke(ctx)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Refuse the digits of other scripts, which Typer's method accepts."""
+        """Refuse digits other than 0 to 9, which Typer's method accepts."""
         for word in args:
             if _is_number_of_other_digits(word.rpartition("=")[2]):
                 raise typer.BadParameter(f"{word}: numbers must have the digits 0 to 9")
@@ -87,8 +87,9 @@ def _common(
         list[Path] | None,
         typer.Option(
             metavar="FILE",
-            help="Python file that registers effects, metrics or steppers; it runs with your "
-            "rights. Repeatable.",
+            help="Python file to run first, for example to register your own effects, metrics or "
+            "steppers. It can do anything that you can do: load only files that you trust. "
+            "Repeatable.",
         ),
     ] = None,
 ) -> None:

@@ -34,7 +34,7 @@ _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
 def export_command(options: ExportOptions) -> Command | None:
-    """Write a recording as a bag, and return the command that writes it as tables.
+    """Write a recording as a bag, if requested, and return the command that writes its tables.
 
     Raises:
         InputError: options exclude each other or cannot be used.
@@ -84,7 +84,7 @@ def _export_bag(options: ExportOptions, mcap: Path, part: formats.Part) -> None:
             lambda done, of: update("samples", done, of),
         )
     if not run.complete:
-        people.print(f"{recording} was not finished; what it holds is exported")
+        people.print(f"{recording} was not finished; its readable part is exported")
     results.print(f"{run.extent.rows} samples in {messages} messages")
     print_written([mcap])
 
@@ -113,7 +113,7 @@ def _table_command(options: ExportOptions, part: formats.Part) -> Command:
 
 
 def _hangs(run: StoredRun) -> tuple[float, float] | None:
-    """Return x and y [m] of the recorded deck at rest, if known."""
+    """Return x and y [m] of the recorded deck at rest; None if they are unknown."""
     if "z" not in run.channels:  # in the plane, displacements count from the rest position
         return 0.0, 0.0
     from ab_sim.analysis.rest import rest_of
@@ -131,13 +131,12 @@ def import_command(options: ImportOptions) -> None:
     """Convert a bag to recordings.
 
     Raises:
-        InputError: the file cannot be written, or would replace an existing file that was not
-            named.
+        InputError: the recording cannot be written, or exists and was not named by ``--out``.
         RecordingError: see `import_bag`.
     """
     bag, out = options.bag, options.out
     with Bag(bag):
-        pass  # checked first: it is a bag
+        pass  # refuse a file that is no bag before complaints about the output
     file = out or Path(f"{bag.resolve().stem}.rrd")
     check_ending(file, RECORDING, "--out")
     check_writable(file, "--out")
@@ -152,7 +151,7 @@ def import_command(options: ImportOptions) -> None:
     for note in import_result.notes:
         people.print(note)
     if not import_result.complete:
-        people.print(f"{bag} was not finished; what it holds is imported")
+        people.print(f"{bag} was not finished; its readable part is imported")
     missing = (
         f", {import_result.missing} steps missing between them" if import_result.missing else ""
     )
@@ -161,7 +160,7 @@ def import_command(options: ImportOptions) -> None:
 
 
 def repair_command(options: RepairOptions) -> None:
-    """Complete a bag in place.
+    """Repair a bag in place.
 
     Raises:
         RecordingError: see `repair_bag`.
@@ -172,13 +171,13 @@ def repair_command(options: RepairOptions) -> None:
     if repaired is None:
         results.print(f"{bag} is complete: there is nothing to repair")
         return
-    lost = f"; {repaired.lost} bytes at its end were torn and are lost" if repaired.lost else ""
+    lost = f"; {repaired.lost} bytes of an incomplete message are lost" if repaired.lost else ""
     results.print(f"{repaired.messages} messages{lost}")
     print_written([bag])
 
 
 def replay_command(options: ReplayOptions) -> None:
-    """Publish a bag again and exit the process.
+    """Publish a bag again, and exit the process at its end.
 
     Raises:
         InputError: ROS 2 is missing, or the rate is invalid.

@@ -65,12 +65,12 @@ def _profile(scene: Scene) -> str:
         return "none"
     if profile.kind == "adaptive":
         period = f"a command every {profile.command_period:g} s"
-        return f"adaptive, told of {profile.sensor}, {period}"
+        return f"adaptive, reads {profile.sensor}, {period}"
     if profile.kind != "start_up" or profile.variable_speed_period is None:
         return profile.kind
     if profile.period_begins(first) is None:
-        behind = f"start.speed = {first:g} rad/s"
-        return f"start_up; its variable-speed period lies behind {behind}, and is left out"
+        start = f"start.speed = {first:g} rad/s"
+        return f"start_up; its variable-speed period is below {start}, and is omitted"
     return "start_up, with a variable-speed period"
 
 
@@ -123,7 +123,7 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
     limit = f"at most {motor.torque_limit:g} N m at standstill"
     if motor.back_emf_slope > 0:
         top = motor.torque_limit / motor.back_emf_slope
-        limit += f", none left at {top:.4g} rad/s"
+        limit += f", zero at {top:.4g} rad/s"
     yield "motor", limit
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity
     moment = motor.rotor_inertia + unbalance * scene.rotor.eccentricity
@@ -131,7 +131,7 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
     moment += scene.balls.total_mass * scene.race.radius**2
     acceleration = getattr(scene.profile, "acceleration", scene.spindle.max_acceleration)
     needs = f"{moment * acceleration:.3g} N m to accelerate at {acceleration:g} rad/s^2"
-    balls = ", the balls at rest on the race" if scene.balls.count else ""
+    balls = ", with the balls at rest on the race" if scene.balls.count else ""
     yield "motor needs", needs + balls
     suspension, critical = scene.effects.get("suspension"), scene.critical_speed
     if suspension is not None and critical is not None and suspension.damping > 0:

@@ -46,10 +46,10 @@ def check_positive(option: str, value: float, meaning: str) -> None:
 
 
 def check_speed(speed: float) -> float:
-    """Check a speed and return it [rad/s].
+    """Check a spindle speed [rad/s] and return it.
 
     Raises:
-        InputError: not a number, too fast, or too slow.
+        InputError: the speed is not a number, too high, or too low.
     """
     from ab_sim.analysis.held_speed import SPEEDS, can_be_held
 
@@ -66,7 +66,8 @@ def executor_of(workers: int | None, scheduler: str | None) -> "AbstractContextM
         scheduler: address of a cluster's scheduler; None: no cluster.
 
     Raises:
-        InputError: both are given, or no workers; or see ``Cluster``.
+        InputError: both are given, the number of workers is below one, or ``Cluster`` refuses the
+            address.
     """
     from ab_sim.base.workers import Workers
     from ab_sim.design.cluster import Cluster
@@ -98,10 +99,10 @@ def _usable_cores() -> int:
 
 
 def wanted_metrics(text: str | None) -> tuple[str, ...]:
-    """Parse names of metrics separated by commas; None: those of a sweep.
+    """Parse names of metrics separated by commas; for None, return those of a sweep.
 
     Raises:
-        InputError: there is no such metric; the message names the nearest and all.
+        InputError: a name is unknown; the message has the nearest name and all names.
     """
     from ab_sim.analysis.metrics.metric import metrics_named
     from ab_sim.design.sweep import DEFAULT_METRICS
@@ -119,7 +120,7 @@ def share_of(option: str, text: str, must: str) -> float:
     Args:
         option: name without its dashes.
         text: text of the option.
-        must: allowed values, for the error.
+        must: allowed values, for the error message.
 
     Raises:
         InputError: the text is not a number.
@@ -132,7 +133,7 @@ def share_of(option: str, text: str, must: str) -> float:
 
 
 def outcome_notes(sweep: "Sweep") -> Iterator[str]:
-    """Yield the meanings of the outcomes that occur, and a note if balls never part."""
+    """Yield the meanings of the outcomes that occur, and a note if balls never separate."""
     from ab_sim.analysis.metrics.verdict import Verdict
 
     longer = "a longer duration (--set duration=...) shows where it goes"

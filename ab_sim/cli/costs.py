@@ -34,7 +34,7 @@ def accuracy_command(options: AccuracyOptions) -> Command:
 
 
 def accuracy_shown(cost: AccuracyCost, quartiles: bool = False) -> Iterator[Table | str]:
-    """Yield the tables, then their basis and limits."""
+    """Yield the tables of costs, then notes on the reference and on omitted methods."""
     yield accuracy_table(cost, quartiles)
     yield cheapest_table(cost)
     apart = cost.uncertainty
@@ -43,17 +43,17 @@ def accuracy_shown(cost: AccuracyCost, quartiles: bool = False) -> Iterator[Tabl
     yield f"reference: {cost.reference}"
     shared = ", ".join(cost.reference_shares)
     if cost.independent:
-        yield f"it is independent: what it shares with ab_sim's steppers is the {shared}"
+        yield f"it is independent: with ab_sim's steppers, it shares only the {shared}"
     else:
         yield (
-            f"it is not independent: it shares with what it judges the {shared}; ab_sim's tests "
-            "compare those with another simulator"
+            f"it is not independent: with ab_sim's steppers, it shares the {shared}; tests of "
+            "ab_sim compare them with another simulator"
         )
     yield (
-        f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "
-        "differ at most; of the integration, not of the equations"
+        f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, the largest difference "
+        "between two such integrations; errors of the equations are not included"
     )
-    yield f"the scene itself takes {cost.as_scene_says}"
+    yield f"setting in the scene: {cost.as_scene_says}"
     for row in cost.rows:
         if row.failure:
             yield f"unstable: {row.method} at {row.setting}: {row.failure}"
@@ -77,9 +77,9 @@ def accuracy_table(cost: AccuracyCost, quartiles: bool = False) -> Table:
         no_wrap=True,
         **NARROW,
         title=f"{cost.scene}: {balls}, {cost.duration:g} s, {cost.repeats} interleaved repeats",
-        caption="* no other is both cheaper and more accurate; < the reference knows no better; "
-        "ms/s: median CPU time of the thread per simulated second, without compiling; 10 ms/s are "
-        f"1 % of a core; errors: the largest at the ends of steps, at most every "
+        caption="* no other setting is both cheaper and more accurate; < below the reference's "
+        "uncertainty; ms/s: median CPU time of the thread per simulated second, without compiling; "
+        "10 ms/s are 1 % of a core; errors: the largest at the ends of steps, at most every "
         f"{reference_period:g} ms; of peers, every {others:g} ms",
     )
     front = cost.front()
@@ -89,7 +89,7 @@ def accuracy_table(cost: AccuracyCost, quartiles: bool = False) -> Table:
 
 
 def cheapest_table(cost: AccuracyCost) -> Table:
-    """Return the table of the cheapest setting of the package and of the best peer, by error."""
+    """Return the table of the cheapest settings of ab_sim and of its peers, by error."""
     what = "ball angle [rad]" if cost.balls else f"whirl [{cost.unit}]"
     title = f"cheapest tried settings with an error in {what} of at most"
     columns = "error | ab_sim | CPU [ms/s] | best peer | CPU [ms/s] | peer / ab_sim"

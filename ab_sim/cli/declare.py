@@ -17,7 +17,7 @@ class Described(NamedTuple):
     """Entry of an ``Args`` section: ``FIELD [--NAME] [METAVAR]: HELP``."""
 
     names: list[str]
-    """Name of the option, if it is not that of the field."""
+    """Name of the option, if it differs from that of the field; empty otherwise."""
     metavar: str | None
     help: str
 
@@ -29,14 +29,14 @@ class Heading(typer.Typer):
         super().__init__(**settings)
         self.heading = heading
         self.works: list[str] = []
-        """Functions of the commands, see ``declare``."""
+        """Functions of the commands, each as ``module:function``."""
 
     def declare(self, work: str, **settings: Any) -> Callable[[Options], Options]:
         """Register a NamedTuple ``NameOptions`` as the command ``name``.
 
-        Each field is an option, or an argument if its type says so. Its help is in the section
-        ``Args`` of the docstring; shared types (see ``options``) bring theirs along. A field
-        ``scene`` names a scene to be read, ``json`` and ``plot`` are files of a ``Command``.
+        Each field is an option, or an argument if its type is an ``Argument``. Its help is in the
+        section ``Args`` of the docstring; shared types (see ``options``) have their own help. A
+        field ``scene`` names a scene to be read; ``json`` and ``plot`` are files of a ``Command``.
 
         Args:
             work: ``module:function``, imported on the call, because most modules take long to
@@ -69,7 +69,7 @@ class Heading(typer.Typer):
 
 
 def described(text: str) -> tuple[str, dict[str, Described]]:
-    """Split a docstring into the help and the entries of its ``Args`` section, by field."""
+    """Split a docstring into the command's help and the entries of its ``Args``, by field."""
     help_, _, section = text.partition("\nArgs:\n")
     entries = re.split(r"\n(?=\S)", textwrap.dedent(section).strip()) if section else []
     descriptions = {}
@@ -100,7 +100,7 @@ def _parameters(
 def parameter(
     name: str, annotation: Any, default: Any = inspect.Parameter.empty
 ) -> inspect.Parameter:
-    """Return a parameter for ``set_signature``."""
+    """Return a keyword parameter of a command, for ``set_signature``."""
     kind = inspect.Parameter.KEYWORD_ONLY
     return inspect.Parameter(name, kind, default=default, annotation=annotation)
 

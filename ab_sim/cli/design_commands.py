@@ -41,7 +41,7 @@ class SizeOptions(NamedTuple):
         critical SPEED: Critical speed without balls, e.g. '100 rad/s'.
         speed SPEED: Running speed, above the critical speed, e.g. '200 rad/s'.
         race_radius LENGTH: Inner radius of the wall that balls roll on, e.g. '12 mm'.
-        race_width LENGTH: Largest diameter of a ball, e.g. '4 mm'.
+        race_width LENGTH: Width of the race, which limits the balls' diameter, e.g. '4 mm'.
         unbalance UNBALANCE: Largest unbalance, e.g. '0.3 g cm'; or LEAST..LARGEST: each
             value in this range is equally likely.
         grade GRADE: Balance grade of the rotors by ISO 21940-11, e.g. G6.3, instead of
@@ -49,15 +49,16 @@ class SizeOptions(NamedTuple):
         damping_ratio RATIO: Damping ratio of the suspension, c / (2 sqrt(k M)).
         acceleration ACCELERATION: Angular acceleration of the start-up, e.g. '40 rad/s^2'.
             Default: the running speed is reached within 1 s.
-        settle TIME: Time limit for balance, from reaching the running speed.
+        settle TIME: Time from reaching the running speed within which a drive must be balanced.
         density DENSITY: Material of the balls: steel, ceramic or tungsten carbide; or their
             density, e.g. '7.8 g/cm^3'.
         balls FROM..TO: Numbers of balls to try, from 2 to 12.
         share PERCENT: Share of drives that must be balanced in time.
-        residual PERCENT: Largest residual unbalance, as a share of the largest unbalance.
+        residual PERCENT: Residual unbalance up to which a drive counts as balanced, in percent of
+            the largest unbalance.
         drag_tolerance PERCENT: Tolerance of the drag of built drives.
-        friction_arm LENGTH: Arm of rolling friction in the runs, e.g. '0.1 um'.
-        runs N: Number of drives that check each prediction.
+        friction_arm LENGTH: Lever arm of the balls' rolling friction in the runs, e.g. '0.1 um'.
+        runs N: Number of simulated drives that check each prediction.
         scene_file --scene FILE: Write the sized drive as a scene: .yaml.
         plot: Draw drag windows, and predicted and observed shares: .png, .svg or .pdf.
     """
@@ -96,10 +97,10 @@ class SweepOptions(NamedTuple):
 
     A row has the run's number, the keys' values, the metrics, and `outcome`: settled; still
     changing (the final whirl still rises or falls); circulates (balls go round the race); aborted
-    (a start-up ran down to standstill); or failed. Rows of aborted and failed runs have a reason in
-    `failure`, and no metrics; other runs are not affected. Whirls are in e [m] of the run; all
-    other values are in SI units. The JSON has the rows by column in `runs`, and `units`, `points`
-    (keys and their values), `outcomes`, and the `scene`.
+    (an adaptive start-up gave up, and stopped the spindle); or failed. Rows of aborted and failed
+    runs have a reason in `failure`, and no metrics; other runs are not affected. Whirls are in e
+    [m] of the run; all other values are in SI units. The JSON has the rows by column in `runs`, and
+    `units`, `points` (keys and their values), `outcomes`, and the `scene`.
 
     `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
     file directly.
@@ -158,8 +159,9 @@ class TuneOptions(NamedTuple):
             'not balls_circulate'. Repeatable.
         spread KEY=SPREAD: Tolerance of a key of built drives, as in `ab-sim robust`, e.g.
             balls.mass=5%. Repeatable.
-        draws N: Number of drives for each candidate, with --spread.
-        share PERCENT: Share of drives that must reach the metric, with --spread.
+        draws N: With --spread, number of drives that are simulated for each candidate.
+        share PERCENT: With --spread, share of a candidate's drives that must settle within all
+            bounds; the candidate is judged by the metric that this share reaches.
         runs N: Approximate largest number of runs.
         best_scene --scene FILE: Write the best scene: .yaml.
         plot: Draw the metric of the candidates over each key: .png, .svg or .pdf.
@@ -202,24 +204,25 @@ class RobustOptions(NamedTuple):
     units.
 
     Args:
-        spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% (standard
-            deviation of a normal distribution about the scene's value), '0.1 mm' (likewise,
-            absolute), normal:MEAN,SD,
+        spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% or '0.1 mm' (standard
+            deviation of a normal distribution about the scene's value), normal:MEAN,SD,
             lognormal:MEDIAN,40%, uniform:LOW,HIGH, uniform:5%, discrete:V,V,...;
-            start.ball_angles=random. After a comma: low=NUMBER, high=NUMBER (limits), 'per ball',
-            group=NAME (one draw for the group). Repeatable, also for the same key.
+            start.ball_angles=random. After a comma: low=NUMBER, high=NUMBER (limits), 'per ball'
+            (a draw for each ball), group=NAME (one draw for all keys of the group). Repeatable,
+            also for the same key.
         spread_from FILE: Uncertainty of a fitted scene, from the JSON of `ab-sim identify`: its
             values with their correlations, in addition to --spread.
         runs N: Number of drives; with --until, the smallest number.
-        until PERCENT: Half-width of the share's interval at which to stop, e.g. 0.1%.
+        until PERCENT: Run more drives until the half-width of the interval of the share is at most
+            this, e.g. 0.1%.
         balanced CONDITION: Condition for a balanced drive, in addition to a settled run, e.g.
             'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the metric balanced.
         metrics NAME,NAME,...: Metrics to report quantiles of. Default: those of `ab-sim sweep`.
-        against SCENE: Another design to compare with, run with the same draws.
+        against SCENE: Scene of another design to compare with; it is run with the same draws.
         sobol N: Number of pairs of drives for the Sobol indices, a power of 2; each spread or group
             costs N further runs. 0: no Sobol indices. Default: the largest N for which
             these are at most half of --runs; no Sobol indices if this N is below 128.
-        worst FOLDER: Write the ten worst runs as scenes to a folder.
+        worst FOLDER: Write the scenes of the ten worst runs to a folder.
         plot: Draw distributions of the metrics, and the Sobol indices: .png, .svg or .pdf.
     """
 
@@ -248,10 +251,10 @@ class RobustOptions(NamedTuple):
 class SensitivityOptions(NamedTuple):
     """Compute how much each value of a scene changes the result.
 
-    Each value is changed by a small amount up and down, and the runs are compared. Each derivative
-    has an uncertainty that covers the error of this method. If balls collide or stick, the
-    uncertainty may be large, or a metric not differentiable. Metrics that are not numbers, or are
-    the time of a sample, have no derivative.
+    Changes each value by a small amount up and down, and compares the runs. Each derivative has an
+    uncertainty that covers the error of this method. If balls collide or stick, the uncertainty may
+    be large, or a metric not differentiable. Metrics that are not numbers, or are the time of a
+    sample, have no derivative.
 
     The JSON has `metrics`, by name each with value, unit, and `by` key: value and unit of the key,
     derivative (unit per unit; null if the metric is not differentiable), uncertainty (null if

@@ -54,16 +54,16 @@ def equilibria_command(options: EquilibriaOptions | StabilityOptions) -> Command
         equilibria = equilibria_of(scene, at)
         top = max(abs(at), scene.spindle.max_speed)
         over_speed = kept_branches(scene, speeds_of_branches(scene, top), tell)
-        beside = []
+        disturbed = []
         for k, state in enumerate(equilibria.branches):
-            tell(f"beside {state.label}", k, len(equilibria.branches))
-            beside.append(_beside(scene, at, state))
+            tell(f"disturbed {state.label}", k, len(equilibria.branches))
+            disturbed.append(_beyond_linear(scene, at, state))
 
-        tell("balls that circulate", 0, 1)
+        tell("circulating balls", 0, 1)
         circulation = coexisting_circulation(scene, at)
 
         def report() -> dict[str, Any]:
-            branches = [a.report() | b for a, b in zip(equilibria.branches, beside, strict=True)]
+            branches = [a.report() | b for a, b in zip(equilibria.branches, disturbed, strict=True)]
             return equilibria.report() | {
                 "branches": branches,
                 "over_speed": over_speed.report(),
@@ -76,13 +76,13 @@ def equilibria_command(options: EquilibriaOptions | StabilityOptions) -> Command
             yield equilibria_table(scene, equilibria)
             yield from (
                 *_notes(equilibria),
-                *_beside_notes(equilibria, beside),
+                *_disturbance_notes(equilibria, disturbed),
                 *_over_speed(over_speed),
             )
             stable = [state.label for state in equilibria.stable]
             yield from circulation_lines(circulation, scene.balls.count, stable)
             if other := _other_motions(scene):
-                yield f"{other}; where runs do end says:"
+                yield f"{other}; this command shows where runs end:"
                 yield WholeLine(f"  {_command(scene, options.scene, options.change)}")
 
         drawn = scene, equilibria, over_speed
@@ -94,12 +94,12 @@ def equilibria_command(options: EquilibriaOptions | StabilityOptions) -> Command
 
 
 def _other_motions(scene: Scene) -> str | None:
-    """Return the limits of a stable state's meaning for a start-up; None without balls."""
+    """Return the kinds of motion that the search does not cover; None without balls."""
     if scene.balls.count == 0:
         return None
     return (
-        "states at rest on the rotor and one bunch of balls that circulate are looked for: there "
-        "can be other motions, as several bunches, and a start-up may end in any of them"
+        "the search covers balls at rest on the rotor, and one bunch of circulating balls: there "
+        "can be other motions, such as several bunches, and a start-up may end in any of them"
     )
 
 
@@ -113,8 +113,8 @@ def _command(scene: Scene, name: str, changes: Sequence[str]) -> str:
     return f"{own_command()} {shlex.join(words)}"
 
 
-def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
-    """Return results beyond the linear test of a state; None for those that do not apply."""
+def _beyond_linear(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
+    """Return whether a disturbed state returns, and where friction holds it; None: not computed."""
     comes_back, held = None, None
     if state.stable is None and speed:
         try:
@@ -122,19 +122,19 @@ def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
         except DivergedError:
             comes_back = False
         except InputError:
-            pass  # Too slow for its turns to be run.
+            pass  # The speed is too low to simulate the necessary turns.
     if speed and any("friction" in name for name in scene.effects):
         try:
             held = [[interval.low, interval.high] for interval in sticking(scene, speed, state)]
         except SceneError:
-            pass  # Unknown if an effect moves resting states, as a race's runout does.
+            pass  # Unknown if an effect shifts the resting states, as a race's runout does.
     return {"comes_back": comes_back, "held_by_friction": held}
 
 
 def equilibria_table(scene: Scene, equilibria: Equilibria) -> Table:
     """Return the table of resting states."""
     length, symbol = scene.whirl_unit
-    table = Table(title=f"{equilibria.scene}: where balls can rest at {equilibria.speed:g} rad/s")
+    table = Table(title=f"{equilibria.scene}: resting states at {equilibria.speed:g} rad/s")
     right = (f"W/{symbol}", "lambda_max", "ways")
     for name in ("balls", *right[:2], "verdict", "ways", "theta"):
         side: Literal["left", "right"] = "right" if name in right else "left"
@@ -149,8 +149,8 @@ def equilibria_table(scene: Scene, equilibria: Equilibria) -> Table:
             _places(state),
         )
     table.caption = (
-        "theta in deg from the unbalance, lambda_max in 1/s; ways: to give the places to the "
-        f"balls. {NOTATION}"
+        "theta in deg from the unbalance, lambda_max in 1/s; ways: number of ways to assign the "
+        f"places to the balls. {NOTATION}"
     )
     return table
 
@@ -173,7 +173,7 @@ def _of_which(positions: str) -> str:
 
 def _notes(equilibria: Equilibria) -> Iterator[str]:
     if not equilibria.branches:
-        yield "nothing can rest at this speed"
+        yield "there is no resting state at this speed"
     elif not equilibria.stable:
         yield "no state is stable at this speed by the linear test"
     if equilibria.by_numbers:
@@ -181,24 +181,26 @@ def _notes(equilibria: Equilibria) -> Iterator[str]:
     if equilibria.balanced_positions is not None:
         yield _of_which(equilibria.balanced_positions)
     if equilibria.left_out:
-        yield f"left out of states and verdicts: {', '.join(equilibria.left_out)}"
+        yield f"states and verdicts neglect: {', '.join(equilibria.left_out)}"
     if "ball_contact" in equilibria.left_out:
-        yield "balls may be at one place here; rows of balls that touch are not looked for"
+        yield "balls may be at one place here; rows of touching balls are not searched for"
 
 
-def _beside_notes(equilibria: Equilibria, beside: Sequence[dict[str, Any]]) -> Iterator[str]:
+def _disturbance_notes(
+    equilibria: Equilibria, disturbed: Sequence[dict[str, Any]]
+) -> Iterator[str]:
     answers = {
         True: "all come back",
         False: "not all come back",
         None: "none was tried, at so low a speed",
     }
-    for state, more in zip(equilibria.branches, beside, strict=True):
+    for state, more in zip(equilibria.branches, disturbed, strict=True):
         if state.stable is None:
             yield (
-                f"{state.label}: undecided, the largest growth rate is 0 except for rounding; of "
-                f"motions disturbed along each coordinate {answers[more['comes_back']]}"
+                f"{state.label}: undecided, because the largest growth rate is 0 within rounding; "
+                f"of motions disturbed along each coordinate {answers[more['comes_back']]}"
             )
-    for state, more in zip(equilibria.branches, beside, strict=True):
+    for state, more in zip(equilibria.branches, disturbed, strict=True):
         if more["held_by_friction"] is not None:
             ends = [
                 f"{math.degrees(first):.1f} to {math.degrees(first + high - low):.1f}"
@@ -236,26 +238,26 @@ def circulation_lines(
 
     Args:
         circulation: result of the search at a speed.
-        balls: n.
+        balls: number of balls of the scene.
         stable: labels of the resting states that are stable at the speed.
     """
     if circulation.not_looked_for is not None:
         if balls:
-            yield f"balls that circulate are not looked for: {circulation.not_looked_for}"
+            yield f"circulating balls were not searched for: {circulation.not_looked_for}"
         return
     if circulation.states:
-        beside = "; ".join(f"{label}: stable" for label in stable)
-        place = f"coexisting with {beside}" if stable else "where no resting state is stable"
+        resting = "; ".join(f"{label}: stable" for label in stable)
+        place = f"coexisting with {resting}" if stable else "where no resting state is stable"
         yield f"balls can also circulate, {place}:"
         yield from (_line(state, balls) for state in circulation.states)
     else:
         yield f"no bunch of balls circulates at {circulation.speed:g} rad/s"
     if len(circulation.numbers) < balls:
-        yield f"  looked for: bunches of {', '.join(map(str, circulation.numbers))} balls"
+        yield f"  searched for: bunches of {', '.join(map(str, circulation.numbers))} balls"
     for bunch in circulation.elsewhere:
         denied = ""
         if bunch.low <= abs(circulation.speed) <= bunch.high:
-            denied = f"; at {circulation.speed:g} rad/s the full equations do not bear that out"
+            denied = f"; at {circulation.speed:g} rad/s the full equations do not confirm this"
         over = _range(bunch, "rad/s", "at spindle speeds")
         yield f"  by the closed form, all {balls} can circulate {over}{denied}"
 

@@ -31,11 +31,11 @@ from ab_sim.scene.load import changed_scene
 SPEED = "speed"
 """Name of the spindle's speed among the keys of parameters."""
 MOST = 10_000
-"""Largest number of values of a parameter."""
+"""Largest number of values of ``--over``."""
 
 
 def floquet_command(options: FloquetOptions) -> Command:
-    """Return the command that finds motions that repeat each turn, and may follow them."""
+    """Return the command that finds periodic motions, and follows one over a key if requested."""
     speed, start, over = options.speed, options.begin, options.over
     scene = load_scene(options.scene, options.change)
     sweep = None if over is None else _sweep(scene, over, speed)
@@ -149,30 +149,30 @@ def _notes(scene: Scene, stabilities: list[Stability]) -> Iterator[str]:
         )
         return
     yield (
-        "largest: modulus of the largest multiplier over one turn; below 1 what is near comes "
-        "back. Other solutions than those found from these starts may exist."
+        "largest: modulus of the largest multiplier over one turn; below 1, nearby motions return "
+        "to the solution. There may be more solutions than those found from these starts."
     )
     first = stabilities[0]
     yield (
-        f"{first.found_from}: {first.orbit.steps} steps a turn, {first.orbit.iterations} of "
-        f"Newton's; halving the step changed multipliers by {first.difference:.1e} at most"
+        f"{first.found_from}: {first.orbit.steps} steps per turn, {first.orbit.iterations} Newton "
+        f"iterations; halving the step changed multipliers by {first.difference:.1e} at most"
     )
     if first.structural:
         yield (
             f"{first.structural} of the multipliers are 1 because balanced positions of the "
-            "balls form a manifold; they are left out, and the verdict is that of these positions"
+            "balls form a continuum; they are ignored, and the verdict applies to these positions"
         )
     if first.ball_turns.any():
-        yield f"turns of the balls in the rotor, each turn: {first.ball_turns.tolist()}"
+        yield f"turns of the balls in the rotor per turn: {first.ball_turns.tolist()}"
     if first.verdict == "undecided":
         free = free_coordinates(system_of(scene))
         if free:
             yield (
                 f"undecided: no stiffness holds the deck along {', '.join(free)}, so multipliers "
-                "are 1 there; give it one"
+                "are 1 there; add a stiffness"
             )
         else:
-            yield "undecided: the largest multiplier is 1 except for rounding; run the scene to see"
+            yield "undecided: the largest multiplier is 1 within rounding; run the scene to see"
 
 
 def _borders(followed: Followed) -> Iterator[str]:
@@ -195,6 +195,6 @@ def _borders(followed: Followed) -> Iterator[str]:
     for one, other in followed.unlocated:
         before, after = (point.found.verdict if point.found else "" for point in (one, other))
         yield (
-            f"{followed.over}: from {before} at {one.value:g} to {after} at {other.value:g}; where "
-            "between them was not located"
+            f"{followed.over}: from {before} at {one.value:g} to {after} at {other.value:g}; the "
+            "border between them was not located"
         )

@@ -20,7 +20,7 @@ from ab_sim.identification.run import Question, run_identification
 from ab_sim.scene import load_scene
 
 MOST_NAMED = 3
-"""Largest number of proposed recordings."""
+"""Largest number of proposed recordings that are printed."""
 
 
 def identify_command(options: IdentifyOptions) -> Command:
@@ -66,20 +66,20 @@ def _shown(identification: Identification) -> Iterator[Table | str]:
     if identification.tried:
         yield _tried_table(identification)
     if identification.proposals:
-        yield "what to record next, the best first:"
+        yield "proposed next recordings, the best first:"
     for proposal in identification.proposals[:MOST_NAMED]:
         gain = f"{share_words(proposal.now)} -> {share_words(proposal.then)}"
         opens = f"; {proposal.gains}" if proposal.opens else ""
         worst = f"worst interval, {proposal.worst}: {gain}{opens}"
         yield f"  {proposal.name}: {proposal.words} ({worst})"
     if identification.verdict == INTERRUPTED:
-        raise Interrupted("interrupted; what is shown and written is the best so far, not a fit")
+        raise Interrupted("interrupted; the values are the best so far, not those of a fit")
 
 
 def _parameter_table(identification: Identification) -> Table:
-    table = Table(title="values and their intervals of 95 %")
+    table = Table(title="values and their 95 % intervals")
     table.add_column("parameter", overflow="fold")
-    for name in ("value", "from", "to", "began at"):
+    for name in ("value", "from", "to", "start"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("by", overflow="fold")
     for estimate in identification.estimates:

@@ -24,7 +24,8 @@ from ab_sim.cli.scene_commands import (
 if TYPE_CHECKING:
     from ab_sim.export.formulas.effects import Formula
 
-# Imports of scenes and effects are in the functions: `ab-sim scenes` needs none of them.
+# Imports of scenes and effects are in the functions, because they are slow, and `ab-sim scenes`
+# needs none of them.
 
 console = PlainConsole()
 WHOLE = 2000
@@ -48,7 +49,7 @@ def print_scenes(options: ScenesOptions) -> None:
         line = Text(f"{name:{widest}}  {first}")
         if console.is_terminal:
             console.print(line, no_wrap=True, overflow="ellipsis")
-        else:  # another program reads it
+        else:  # a program that reads the list gets whole lines
             console.print(line, soft_wrap=True)
 
 
@@ -59,14 +60,14 @@ def _print_scene(name: str) -> None:
     scene = load_scene(file)
     table = Table(show_header=False)
     table.add_row("file", str(file))
-    table.add_row("what it is", scene.description)
+    table.add_row("description", scene.description)
     table.add_row("source", scene.source)
     table.add_row("balls", str(scene.balls.count))
     table.add_row("effects", ", ".join(scene.effects) or "none")
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
     console.print(table)
-    console.print(f"to see what is simulated: {own_command()} check {name}")
+    console.print(f"for a summary of the simulation: {own_command()} check {name}")
 
 
 def print_keys(options: KeysOptions) -> None:
@@ -98,7 +99,7 @@ def print_metrics(options: MetricsOptions) -> None:
     """Print the metrics of runs, or one of them.
 
     Raises:
-        InputError: there is no such metric; the message names the nearest and all.
+        InputError: the name is unknown; the message has the nearest name and all names.
     """
     from ab_sim.analysis.metrics import described_metrics
 
@@ -115,7 +116,7 @@ def print_metrics(options: MetricsOptions) -> None:
 
 
 def _print_rows(rows: Iterable[Any], columns: Sequence[str], as_json: bool) -> None:
-    """Print named tuples as a table with some of their fields, or whole as JSON."""
+    """Print some fields of named tuples as a table, or all fields as JSON."""
     if as_json:
         print(json.dumps([row._asdict() for row in rows], indent=1))
         return
@@ -129,7 +130,7 @@ def _print_rows(rows: Iterable[Any], columns: Sequence[str], as_json: bool) -> N
 
 
 def _fit_width() -> None:
-    """Print one line for each row if another program reads it."""
+    """Make the console wide enough for one line per row if a program reads the table."""
     if not console.is_terminal:
         console.width = WHOLE
 
@@ -138,7 +139,7 @@ def print_effects(options: EffectsOptions) -> None:
     """Print meaning, equation, source and parameters of effects, or all their formulas.
 
     Raises:
-        InputError: there is no such effect; the message names the known and the nearest ones.
+        InputError: the name is unknown; the message has the nearest name and all names.
     """
     from ab_sim.scene.registry import effect_classes, effect_parameters
 

@@ -32,7 +32,7 @@ def run_live(options: LiveOptions) -> None:
     """Run a scene live until its duration is over or Ctrl-C.
 
     Raises:
-        InputError: ROS 2 is missing, an argument is wrong, another drive is running.
+        InputError: ROS 2 is missing, an argument is invalid, or another drive is running.
         AbSimError: a node failed; the message has its last output.
     """
     view, record = options.view, options.record

@@ -1,4 +1,4 @@
-"""The nodes of a live run in separate processes: started, monitored and stopped by one command."""
+"""Nodes of a live run, in separate processes that one command starts, monitors and stops."""
 
 from __future__ import annotations
 
@@ -32,27 +32,27 @@ from ab_sim.scene import Scene
 from ab_sim.show.viewing import STARTED
 
 READY = 90.0
-"""Time for the nodes to start [s]; the first time, this includes compiling the kernel."""
+"""Longest time for the nodes to start [s]; the first start includes compiling the kernel."""
 CONTROLLER, RECORDER = "profile_controller", "recorder"
 ANSWER = 10.0
-"""Time for a service to answer, and for a node to exit [s]."""
+"""Longest time for a service to answer, and for a node to exit [s]."""
 GLANCE = 0.02
-"""Time to wait for a message [s]."""
+"""Longest wait for the next message [s]."""
 SILENCE = 10.0
 """Time without a message from the drive before the run is aborted [s]."""
 
 
 class LiveRun:
-    """A live run of a scene: a context manager that always ends the nodes.
+    """Live run of a scene: a context manager that ends all nodes at its exit.
 
     Within the context, Ctrl-C raises ``Interrupted`` in the methods that wait for nodes.
 
-    Without a profile in the scene there is no profile controller.
+    For a scene without a profile, no profile controller is started.
 
     Args:
         scene: scene of the run.
-        source: name or file from which the nodes read it.
-        changes: changes to it, each ``key=value``.
+        source: name or file from which the nodes read the scene.
+        changes: changes to the scene, each ``key=value``.
         recorder: parameters of the recorder; None: no recorder.
         logs: folder for the nodes' output.
     """
@@ -94,7 +94,8 @@ class LiveRun:
     def __enter__(self) -> LiveRun:
         try:
             self._stopping = self._context.enter_context(interruption.in_order())
-            # Before other threads are busy, because a new process first runs code of ours.
+            # Before there are other threads: a new process first runs `_end_with_parent`, which
+            # could wait forever for a lock that another thread held at the fork.
             self._start_processes()
             init_ros(["ab-sim"])
             self._watch()
@@ -120,7 +121,7 @@ class LiveRun:
         """Wait until all nodes and the viewer, if any, are up and the services answer.
 
         Raises:
-            AbSimError: they do not start in time, or one of them has exited.
+            AbSimError: the nodes do not start within ``READY``, or one of them has exited.
             InputError: another simulator is running on this domain.
         """
 
@@ -147,7 +148,7 @@ class LiveRun:
             )
 
         if not self._spin_until(ready, READY):
-            raise AbSimError(f"the nodes did not come up within {READY:g} s; see {self._logs}")
+            raise AbSimError(f"the nodes did not start within {READY:g} s; see {self._logs}")
 
     def start(self) -> None:
         """Start the profile, if there is one, and let the drive run."""
@@ -187,7 +188,7 @@ class LiveRun:
             raise AbSimError(f"no message from drive_sim for {SILENCE:g} s; see {self._logs}")
 
     def stop_drive(self) -> dict[str, str]:
-        """End the drive and its controller; the recorder keeps the run, and its viewer shows it.
+        """End the drive and its controller; the recorder remains, so that a viewer shows the run.
 
         Returns:
             Figures of the run, ready to print.
@@ -195,7 +196,7 @@ class LiveRun:
         Raises:
             AbSimError: a node did not exit cleanly.
         """
-        self._stopping.clear()  # from now on in order; a further Ctrl-C ends at once
+        self._stopping.clear()  # ends the nodes in order; another Ctrl-C ends them immediately
         wall = self._wall[1] - self._wall[0]
         factor = self.elapsed / wall if wall > 0 else math.nan
         # Publishers end first and the recorder last, so that messages in transit still arrive.
@@ -246,7 +247,7 @@ class LiveRun:
         return recorder is None or drive is None or recorder.time >= drive.time
 
     def health(self, node: str) -> dict[str, str]:
-        """Return the diagnostics of a node; empty before the first."""
+        """Return the newest diagnostics of a node; empty before its first message."""
         health = self._health.get(f"/{node}")
         return {} if health is None else health.values
 
@@ -265,7 +266,7 @@ class LiveRun:
         self._pause_drive: Client[Any, Any] = self._node.create_client(SetBool, "drive_sim/pause")
 
     def _hear_joints(self, message: Any) -> None:
-        with contextlib.suppress(MalformedMessage):  # from another robot
+        with contextlib.suppress(MalformedMessage):  # another robot may use this topic
             sample = topics.JOINT_STATES.sample(message)
             before, self.time = self.time, sample.time * 1e-9
             self.speed, self.ball_angles = sample.spindle_speed, sample.ball_angles
@@ -314,8 +315,8 @@ class LiveRun:
     def _listen(self) -> None:
         """Process the next message, waiting at most `GLANCE`.
 
-        With another time-out each time, rclpy would begin with the first subscription each time,
-        and on a busy machine the others would never be read.
+        The time-out is always the same, because rclpy begins with the first subscription again
+        when it changes; on a busy machine, other subscriptions would never be read.
         """
         if self._stopping.is_set():
             raise Interrupted("interrupted")
@@ -361,7 +362,7 @@ class LiveRun:
         return "\n".join(text.splitlines()[-15:])
 
     def _end(self) -> None:
-        # No node is left running in any case. This does not use ROS, and if this process dies
+        # This does not use ROS, so it ends the nodes even if ROS fails. If this process dies
         # first, the nodes receive a signal (`_end_with_parent`).
         for process in self._processes.values():
             process.send_signal(signal.SIGINT)

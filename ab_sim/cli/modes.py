@@ -29,7 +29,7 @@ def modes_command(options: ModesOptions) -> Command:
 def modes_table(vibration: NaturalVibration) -> Table:
     """Return the table of modes."""
     table = Table(title=f"{vibration.scene}: modes at {vibration.speed:g} rad/s")
-    for name in ("rad/s", "Hz", "damping ratio", "whirl", "what moves most"):
+    for name in ("rad/s", "Hz", "damping ratio", "whirl", "largest motion"):
         table.add_column(name, justify="right" if name in ("rad/s", "Hz") else "left")
     largest = max(abs(value) for mode in vibration.modes for value in mode.eigenvalues)
     for mode in vibration.modes:
@@ -44,7 +44,7 @@ def modes_table(vibration: NaturalVibration) -> Table:
 
 
 def _whirl(mode: Mode) -> str:
-    return mode.sense or ("to and fro" if mode.damped_frequency > 0.0 else "does not swing")
+    return mode.sense or ("back and forth" if mode.damped_frequency > 0.0 else "no oscillation")
 
 
 def _damping(mode: Mode, rounding: float) -> str:
@@ -59,13 +59,13 @@ def _shown(vibration: NaturalVibration) -> Iterator[Table | str]:
     yield f"undamped frequencies; {AVERAGE}"
     if not about.stiffness.any():
         yield (
-            "nothing holds the deck where it rests: the scene has no suspension, or mounts, with a "
-            "stiffness there"
+            "nothing holds the deck at its rest position: no suspension or mount of the scene has "
+            "a stiffness there"
         )
     if any(about.rest):
-        yield f"about where the deck hangs at rest: {about.hangs}"
+        yield f"about the deck's rest position: {about.hangs}"
     met = [f"{w:.2f}" + (f" ({m.sense})" if m.sense else "") for w, m in over_speed.critical]
     yield (
-        f"critical speeds up to {over_speed.speeds[-1]:g} rad/s, where a frequency is the "
+        f"critical speeds up to {over_speed.speeds[-1]:g} rad/s, at which a frequency equals the "
         f"spindle's speed: {', '.join(met) or 'none'}"
     )

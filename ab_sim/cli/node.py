@@ -1,4 +1,4 @@
-"""`ab-sim node`: calls services of running nodes, commands drives, and prints the answers."""
+"""`ab-sim node`: call services of running nodes, command drives, and print the answers."""
 
 import contextlib
 import json
@@ -32,10 +32,17 @@ _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 def call_service(
     command: ServiceCommand, words: Mapping[str, Any], namespace: str, name: str, wait: float
 ) -> None:
-    """Set the parameters of a service, call it, and print the answer.
+    """Set the node's parameters that a service reads, call the service, and print the answer.
+
+    Args:
+        command: command that calls the service.
+        words: arguments of the command, by parameter.
+        namespace: ROS namespace of the node.
+        name: name of the node.
+        wait: longest time to wait for the node [s].
 
     Raises:
-        InputError: bad input, or the node does not run.
+        InputError: an argument is invalid, or the node is not running.
         Refused: the node refused; the text is its answer.
     """
     values = parameter_values(command, words)
@@ -68,7 +75,7 @@ def call_service(
 
 
 def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the node's parameters from the command's arguments.
+    """Return the node's parameters that the command's arguments set, by name.
 
     Raises:
         InputError: an argument is invalid.
@@ -96,7 +103,7 @@ def set_command(options: SetOptions) -> None:
     """Set parameters of a node.
 
     Raises:
-        InputError: bad input, or the node does not run.
+        InputError: an argument is invalid, or the node is not running.
         Refused: the node refused; the text is its answer.
     """
     values = {}
@@ -116,9 +123,10 @@ def set_command(options: SetOptions) -> None:
 
 
 def value_of(text: str) -> Any:
-    """Return the value of a word in YAML; `1e-4`, a text by YAML's rules, is a number here.
+    """Return the value of a word in YAML.
 
-    A profile in braces stays a text, because no parameter is a mapping.
+    Unlike in YAML, `1e-4` is a number. A mapping, such as a profile in braces, remains a text,
+    because no parameter of a node is a mapping.
 
     Raises:
         InputError: the text is not YAML.
@@ -134,7 +142,7 @@ def get_command(options: GetOptions) -> None:
     """Print parameters of a node.
 
     Raises:
-        InputError: bad input, or the node does not run.
+        InputError: an argument is invalid, or the node is not running.
     """
     with _asking(options.namespace, options.node, options.wait) as (caller, node):
         from ab_sim.nodes.caller import PARAMETERS
@@ -151,7 +159,7 @@ def _asking(namespace: str, name: str, wait: float) -> Iterator[tuple["Caller", 
     node = _full_name(namespace, name, wait)
     from ab_sim.nodes.caller import Caller
 
-    with Caller(wait) as caller, people.status(f"asking {node}"):
+    with Caller(wait) as caller, people.status(f"calling {node}"):
         yield caller, node
 
 
@@ -159,7 +167,8 @@ def speed_command(options: CommandOptions) -> None:
     """Command a drive's speed, and print the drive's reaction.
 
     Raises:
-        InputError, CommandError: bad input, no drive is running, or the speed is beyond its limit.
+        InputError: an argument is invalid, or no drive is running.
+        CommandError: the speed exceeds the drive's limit.
         Refused: the drive does not follow commands now.
     """
     speed = _speed(options.speed)
@@ -179,10 +188,10 @@ def speed_command(options: CommandOptions) -> None:
         f"limit {limits.max_speed:.6g} rad/s"
     )
     if accepted.standing:
-        people.print("the drive's time stands still; `resume` lets it go on")
+        people.print("the drive's time is stopped; `ab-sim node resume` continues it")
     if accepted.other_sources:
         people.print(
-            f"others that publish commands: {accepted.other_sources}; the last to speak leads"
+            f"other publishers of commands: {accepted.other_sources}; the newest command counts"
         )
 
 
@@ -190,7 +199,7 @@ def _speed(text: str) -> float:
     """Return a speed [rad/s] from text such as `150` or `1500 rpm`.
 
     Raises:
-        InputError: the text is not a finite number, or its unit is not one of speed.
+        InputError: the text is not a finite number, or its unit is not a unit of angular speed.
     """
     if re.match(r"--?[A-Za-z]", text):
         raise InputError(f"{text}: `ab-sim node command` has no such option")
@@ -209,10 +218,10 @@ def list_command(options: ListOptions) -> None:
     """Print the running nodes and their services.
 
     Raises:
-        InputError: bad input, or no node is running.
+        InputError: ``--wait`` is invalid, or no node is running.
     """
     _check_wait(options.wait)
-    require_ros("to ask nodes")
+    require_ros("to list nodes")
     from ab_sim.nodes.caller import Caller
 
     with Caller(options.wait) as caller, people.status("listening"):
@@ -220,7 +229,7 @@ def list_command(options: ListOptions) -> None:
         nodes, nobody = caller.nodes(), caller.no_nodes_text
     service_names = {service.service_name for service in SERVICES}
     rows = 0
-    table = Table("node", "is", "says", "can be asked to")
+    table = Table("node", "state", "message", "commands")
     for node, offers in sorted(nodes.items()):
         if not (service_names & set(offers) or node in health):
             continue
@@ -233,7 +242,7 @@ def list_command(options: ListOptions) -> None:
         )
     if not rows:
         others = f"found {', '.join(sorted(nodes))}" if nodes else nobody
-        raise InputError(f"no node that can be asked was found; {others}")
+        raise InputError(f"no node of ab_sim was found; {others}")
     PlainConsole().print(table)
 
 
@@ -242,10 +251,10 @@ def _full_name(namespace: str, name: str, wait: float) -> str:
         raise InputError(f"--namespace {namespace}: must be words between slashes, e.g. /left")
     if not _NAME.fullmatch(name):
         raise InputError(
-            f"--node {name}: must be a word; what comes before it is given by --namespace"
+            f"--node {name}: must be one word; give the part before it with --namespace"
         )
     _check_wait(wait)
-    require_ros("to ask nodes")
+    require_ros("to call nodes")
     return "/".join(["", *filter(None, namespace.split("/")), name])
 
 

@@ -20,9 +20,11 @@ NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 """Settings of a command for which a negative number is an argument."""
 _WORK = "ab_sim.cli.node"
 """Module that does the work, imported on the call, because ROS takes long to import."""
-Namespace = Annotated[str, Option(metavar="NAME", help="Namespace of the node, e.g. left.")]
-Node = Annotated[str, Option("--node", metavar="NAME", help="Name of the node.")]
-Wait = Annotated[float, Option(metavar="SECONDS", help="Time to wait until the node is found [s].")]
+Namespace = Annotated[str, Option(metavar="NAME", help="ROS namespace of the node, e.g. left.")]
+Node = Annotated[str, Option("--node", metavar="NAME", help="Name of the ROS node.")]
+Wait = Annotated[
+    float, Option(metavar="SECONDS", help="Longest time to wait for a node to be found [s].")
+]
 
 
 def _add(service: ServiceCommand) -> None:
@@ -70,10 +72,10 @@ class CommandOptions(NamedTuple):
 
 @node_commands.declare(f"{_WORK}:set_command")
 class SetOptions(NamedTuple):
-    """Set parameters of a node, all or none; values are written as in YAML.
+    """Set ROS parameters of a node; if the node refuses one, none is set.
 
     Args:
-        values NAME=VALUE...: Parameters, e.g. speed_factor=2.0.
+        values NAME=VALUE...: Parameters with their new values in YAML, e.g. speed_factor=2.0.
     """
 
     values: Annotated[list[str], Argument()]
@@ -84,7 +86,7 @@ class SetOptions(NamedTuple):
 
 @node_commands.declare(f"{_WORK}:get_command")
 class GetOptions(NamedTuple):
-    """Print parameters of a node in the form of a parameter file.
+    """Print ROS parameters of a node in the form of a parameter file.
 
     Args:
         names [NAME]...: Names of parameters. Default: all.
@@ -98,10 +100,10 @@ class GetOptions(NamedTuple):
 
 @node_commands.declare(f"{_WORK}:list_command")
 class ListOptions(NamedTuple):
-    """List the nodes with their state, and the commands that they offer.
+    """List the running nodes with their state, and the commands that they accept.
 
     Waits until all nodes on this machine have reported; each reports once a second. If the number
-    of nodes is unknown, it waits for the whole time.
+    of nodes is unknown, the command waits for the whole time.
     """
 
     wait: Wait = 4.0

@@ -69,7 +69,7 @@ def _transition(label: str) -> Callable[[], tuple[Any, Any]]:
 
 
 class ServiceArgument(NamedTuple):
-    """An argument of a command; it is set as a parameter of the node before the call."""
+    """Argument of a command; it is set as a parameter of the node before the call."""
 
     parameter: str
     metavar: str
@@ -81,15 +81,15 @@ class ServiceArgument(NamedTuple):
 
 
 class ServiceCommand(NamedTuple):
-    """A command that calls one service."""
+    """Command that calls one service."""
 
     name: str
-    """Name of the command; with underscores the default name of the service."""
+    """Name of the command; with underscores, it is also the default name of the service."""
     meaning: str
     node: str = DRIVE
     arguments: tuple[ServiceArgument, ...] = ()
     service: str = ""
-    """Name of the service, if it is another one."""
+    """Name of the service, if it differs from the command's; empty otherwise."""
     request: Callable[[], tuple[Any, Any]] = _trigger
     """Function that returns the service's type and the request."""
     timeout: float = 10.0
@@ -111,8 +111,8 @@ SERVICES = (
     ServiceCommand("resume", "Continue simulated time.", service="pause", request=_off),
     ServiceCommand(
         "step",
-        "Simulate N wake-ups while time is stopped, by default the node's parameter `steps`. The "
-        "answer is JSON.",
+        "Simulate N wake-ups of the node (with wake_rate 250: N times 4 ms) while simulated time "
+        "is stopped. Default: the node's parameter `steps`. The answer is JSON.",
         arguments=(ServiceArgument("steps", "N", _whole, None),),
         timeout=600.0,
         restores_parameters=True,
@@ -133,8 +133,8 @@ SERVICES = (
     ),
     ServiceCommand(
         "load-disc",
-        "Load a disc with another eccentricity [m], whose unbalance leads the present one by ANGLE "
-        "[rad].",
+        "Load another disc, with ECCENTRICITY [m]; its unbalance leads that of the present disc by "
+        "ANGLE [rad].",
         arguments=(
             ServiceArgument("disc_eccentricity", "ECCENTRICITY", _number),
             ServiceArgument("disc_angle", "ANGLE", _number, 0.0),
@@ -143,7 +143,7 @@ SERVICES = (
     ),
     ServiceCommand(
         "inject-faults",
-        "Replace the faults in force, e.g. by 'ball_1 sticks' 'vibration drifts 0.1'.",
+        "Inject faults, in place of all earlier ones, e.g. 'ball_1 sticks' 'vibration drifts 0.1'.",
         arguments=(ServiceArgument("faults", "FAULT", many=True),),
         timeout=300.0,
     ),
@@ -156,13 +156,13 @@ SERVICES = (
     ),
     ServiceCommand(
         "restore",
-        "Return to the state in a file.",
+        "Return to a state that the command save wrote to a file.",
         arguments=(_SNAPSHOT,),
         service="restore_snapshot",
     ),
     ServiceCommand(
         "emergency-stop",
-        "Stop the spindle as fast as it can; ignore commands from then on.",
+        "Stop the spindle as fast as possible; ignore commands until reset-emergency-stop.",
         urgent=True,
     ),
     ServiceCommand("reset-emergency-stop", "Follow commands again after an emergency stop."),
@@ -175,14 +175,14 @@ SERVICES = (
             timeout=300.0,
         )
         for label, meaning in (
-            ("configure", "Load and compile the scene of the node's parameters."),
+            ("configure", "Load and compile the scene that the node's parameters name."),
             ("activate", "Start simulated time of a configured drive."),
             ("deactivate", "Stop simulated time; commands are ignored."),
             ("cleanup", "Unload the scene."),
             ("shutdown", "End the node."),
         )
     ),
-    ServiceCommand("start", "Run the profile.", CONTROLLER),
-    ServiceCommand("abort", "Stop the profile, and ramp down to standstill.", CONTROLLER),
+    ServiceCommand("start", "Start the speed profile.", CONTROLLER),
+    ServiceCommand("abort", "Stop the speed profile, and ramp down to standstill.", CONTROLLER),
 )
-"""All services of the contract; a test compares."""
+"""All services that the nodes offer; a test compares them with the nodes."""

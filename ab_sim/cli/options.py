@@ -10,17 +10,28 @@ STEPPERS = ("auto", *sorted(file.stem.replace("_", "-") for file in _FILES))
 """Names of the steppers, from their files, because importing the registry would slow down --help. A
 test compares them."""
 
-SceneName = Annotated[str, Argument(help="Name of a scene (see `ab-sim scenes`), or a YAML file.")]
-Recording = Annotated[Path, Argument(metavar="FILE", help="Recording: .rrd.")]
-Bag = Annotated[Path, Argument(metavar="BAG", help="Folder of a ROS 2 bag; or a .mcap, .db3 file.")]
+SceneName = Annotated[
+    str,
+    Argument(
+        help="Scene, the description of a drive and its run: a name from `ab-sim scenes`, or a "
+        "YAML file."
+    ),
+]
+Recording = Annotated[
+    Path, Argument(metavar="FILE", help="Recording of a run, e.g. by `ab-sim run --rrd`: .rrd.")
+]
+Bag = Annotated[
+    Path, Argument(metavar="BAG", help="ROS 2 bag: its folder, or its .mcap or .db3 file.")
+]
 Changes = Annotated[
     list[str],
     Option(
         "--set",
         metavar="KEY=VALUE",
         help="Change a key of the scene, e.g. balls.mass=0.002 (SI units) or 'balls.mass=2 g'. "
-        "An empty value removes the key. accuracy.angle=1e-9 [rad] or accuracy.whirl=1e-6 [e] "
-        "chooses the cheapest stepper and step with this error. Repeatable.",
+        "An empty value removes the key. accuracy.angle=1e-9 (error of ball angles [rad]) or "
+        "accuracy.whirl=1e-6 (error of the whirl [e], in eccentricities) chooses the cheapest "
+        "stepper and step with at most this error. Repeatable.",
     ),
 ]
 Speed = Annotated[
@@ -49,20 +60,28 @@ Units = Annotated[
         help="Units of tables and pictures, e.g. 'rpm,g mm,deg'; files keep SI units.",
     ),
 ]
-Seed = Annotated[int, Option(metavar="N", min=0, help="Seed of the random numbers.")]
+Seed = Annotated[
+    int,
+    Option(
+        metavar="N", min=0, help="Seed of the random numbers; the same seed repeats the result."
+    ),
+]
 Workers = Annotated[
     int | None,
-    Option(metavar="N", help="Number of processes. Default: the number of processors."),
+    Option(metavar="N", help="Number of parallel processes. Default: the number of processors."),
 ]
 Scheduler = Annotated[
     str | None,
     Option(
         metavar="ADDRESS",
-        help="Run on a Dask cluster instead: HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT. Its "
-        "workers need the same version of ab_sim.",
+        help="Address of a Dask cluster to use instead of local processes: HOST:PORT, "
+        "tcp://HOST:PORT or tls://HOST:PORT. Its workers need the same version of ab_sim.",
     ),
 ]
-Repeats = Annotated[int, Option(metavar="N", help="Number of interleaved repeats.")]
+Repeats = Annotated[
+    int,
+    Option(metavar="N", help="Number of measurements of each time; their median is reported."),
+]
 Quartiles = Annotated[
     bool, Option("--quartiles", help="Also show the quartiles of the times, in a wider table.")
 ]
@@ -77,5 +96,8 @@ View = Annotated[
 Now = Annotated[bool, Option("--now", help="With --view web: start without waiting for a browser.")]
 Namespace = Annotated[
     str | None,
-    Option(metavar="NAME", help="Namespace of the drive, if the bag has several, e.g. /left."),
+    Option(
+        metavar="NAME",
+        help="ROS namespace of the drive, if the bag has several drives, e.g. /left.",
+    ),
 ]

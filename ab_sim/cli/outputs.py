@@ -23,23 +23,23 @@ from ab_sim.base.quoting import visible
 
 
 class PlainConsole(Console):
-    """Console for plain text, without markup or control characters from outside.
+    """Console for plain text: no markup, and control characters in texts are made visible.
 
     Args:
-        aside: write to standard error.
+        aside: whether to write to standard error.
     """
 
     def __init__(self, aside: bool = False) -> None:
         super().__init__(stderr=aside, markup=False)
 
     def render_str(self, text: str, **how: Any) -> Text:
-        """Make text visible before rich measures its width."""
+        """Make control characters of a text visible before rich measures its width."""
         return super().render_str(visible(text), **how)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterable[Segment]:
-        """Make all rendered text visible; everything printed passes through here."""
+        """Make control characters visible in everything that is printed."""
         for part in super().render(renderable, options):
             yield part if part.control else Segment(visible(part.text), part.style)
 
@@ -85,9 +85,10 @@ def write_json(report: dict[str, Any], file: str) -> None:
 
 
 def own_command() -> str:
-    """Return `ab-sim`, or its path, relative if it is below the working directory.
+    """Return the command that starts this program: `ab-sim`, or its path.
 
-    The path is for environments that are not activated, in which a shell would not find the name.
+    A shell needs the path if the environment is not activated. It is relative if it is below the
+    working directory.
     """
     script = Path(sys.executable).with_name("ab-sim")
     if (path := shutil.which("ab-sim")) and (not script.exists() or script.samefile(path)):

@@ -30,17 +30,17 @@ def gallery() -> ModuleType:
     """
     if not (DOCS / "gallery" / "__init__.py").is_file():
         raise InputError(
-            f"paper: the papers come with the sources of ab_sim, not with what is installed in "
-            f"{DOCS.parent}; in a checkout of them run `make demo` once, then "
-            "`.venv/bin/ab-sim paper`. The pages that it writes are there, too: docs/papers"
+            f"paper: the papers are part of the sources of ab_sim, and not of the installation in "
+            f"{DOCS.parent}; in a checkout of the sources run `make demo` once, then "
+            "`.venv/bin/ab-sim paper`. The checkout also has the resulting pages: docs/papers"
         )
-    # At the front of the path, before any other package with this name.
+    # First in the path, so that another package named gallery is not imported.
     sys.path.insert(0, str(DOCS))
     return importlib.import_module("gallery")
 
 
 def paper_command(options: PaperOptions) -> Command:
-    """Return the command that lists the papers, or computes one and writes pictures and page."""
+    """Return the command that lists the papers, or reproduces one and writes page and pictures."""
     papers = gallery()
     name, out = options.name, options.out
     if name is None:

@@ -1,4 +1,4 @@
-"""Progress bar for long work; without a terminal, a line now and then."""
+"""Progress bar for long work; without a terminal, a line every ten seconds."""
 
 import threading
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from ab_sim.cli.outputs import people
 EVERY = 10.0
 """Time between two lines [s]."""
 A_MOMENT = 0.3
-"""Time for a signal to be noticed [s]."""
+"""Time within which a signal is handled [s]."""
 
 
 @contextmanager
@@ -69,7 +69,12 @@ def _lines(name: str) -> Iterator[Progress]:
 
 @contextmanager
 def interruptible(name: str, kept_files: str) -> Iterator[Progress]:
-    """Show a bar whose work ends in order at Ctrl-C; ``kept_files`` describes what remains."""
+    """Show a bar, and raise ``Interrupted`` at the next progress report after Ctrl-C.
+
+    Args:
+        name: name of the work, in front of the bar.
+        kept_files: text on the files that remain, for the message.
+    """
     with in_order() as stopping, progress_bar(name) as show:
 
         def tell(what: str, done: int, total: int) -> None:
@@ -80,8 +85,8 @@ def interruptible(name: str, kept_files: str) -> Iterator[Progress]:
         try:
             yield tell
         except AbSimError as error:
-            # Ending all processes of a command means ending the command. The exit of another
-            # process may be noticed before the signal, which a separate thread handles.
+            # Ctrl-C also ends the worker processes. Their exit may be noticed before the signal,
+            # which a separate thread handles; it would be reported as an error.
             if stopping.wait(A_MOMENT):
                 raise Interrupted(f"interrupted; {kept_files}") from error
             raise

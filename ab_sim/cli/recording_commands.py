@@ -38,9 +38,9 @@ class ReportOptions(NamedTuple):
     for an offline run) and notes. Symbols, signs and angles: docs/conventions.md
 
     Args:
-        recordings FILE...: Recordings: .rrd; several are shown side by side.
-        png FILE: Draw the runs: .png.
-        html FILE: Write a self-contained page with figures to zoom: .html.
+        recordings FILE...: Recordings of runs: .rrd; several are shown side by side.
+        png FILE: Draw all figures in one picture: .png.
+        html FILE: Write a self-contained web page with zoomable figures: .html.
     """
 
     recordings: Annotated[list[Path], Argument()]
@@ -68,7 +68,7 @@ class CompareOptions(NamedTuple):
     compared channels) and `notes`. Symbols, signs and angles: docs/conventions.md
 
     Args:
-        plot: Draw recorded, simulated and difference: .png, .svg or .pdf.
+        plot: Draw recorded and simulated channels, and their difference: .png, .svg or .pdf.
     """
 
     recording: Recording
@@ -94,9 +94,9 @@ class IdentifyOptions(NamedTuple):
 
     The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low, high, deviation, how,
     at_bound, start, own; an infinite end is null), `covariance`, `correlation`, `profiles`,
-    `knowledge` (singular values, open directions), `residuals`, `tried_effects`, `held_out`,
-    `next_recordings`, `notes`, `runs`, `seed` and the `fitted_scene`. `ab-sim robust --spread-from`
-    reads it.
+    `knowledge` (singular values; open directions, which are combinations of values that the
+    recordings do not determine), `residuals`, `tried_effects`, `held_out`, `next_recordings`,
+    `notes`, `runs`, `seed` and the `fitted_scene`. `ab-sim robust --spread-from` reads it.
 
     Exit codes: 0 done, for any verdict, 2 bad input, 130 interrupted.
 
@@ -107,17 +107,19 @@ class IdentifyOptions(NamedTuple):
         bounds KEY=LOW..HIGH: Search range of a key. Default: within a factor of 10. Repeatable.
         without_balls FILE: Further recording, made without balls. Not needed for recordings of
             ab_sim, which contain this information. Repeatable.
-        hold_out FILE: Recording to predict instead of fit. Repeatable.
+        hold_out FILE: Recording that is not fitted but predicted, to test the fit. Repeatable.
         map FILE: Meanings of the columns of .csv and .parquet files, as YAML: one file for all
             recordings, or one for each in their order.
         signal displacement|acceleration|SENSOR: Signal of ab_sim's recordings to fit. Default: the
             readings of the first sensor, else the deck's displacement.
-        free gain,bias,delay,disc_angle: Unknowns to fit for each recording, in addition to --fit.
+        free gain,bias,delay,disc_angle: Unknowns to fit for each recording, in addition to --fit:
+            gain, bias and delay of its signals, and the angle of its disc.
         trial_mass NAME=MASS: Mass clamped to the deck for a recording, e.g. 'run-2=5 g'; it
             determines the deck's mass. Repeatable.
-        hold_open: Hold or fit the values that the recordings cannot determine.
+        hold_open: Keep the scene's numbers for values that the recordings cannot determine, or fit
+            them nevertheless.
         out FILE: Write the fitted scene: .yaml.
-        html FILE: Write a self-contained page: .html.
+        html FILE: Write the result as a self-contained web page: .html.
         plot: Draw measured and fitted signals: .png, .svg or .pdf.
     """
 
@@ -158,14 +160,14 @@ class ExportOptions(NamedTuple):
     back to the same recording.
 
     Args:
-        parquet FILE: Write an Apache Parquet file: .parquet.
-        csv FILE: Write a table: .csv.
-        mcap FOLDER: Write a ROS 2 bag (rosbag2, MCAP).
+        parquet FILE: Write a table as an Apache Parquet file: .parquet.
+        csv FILE: Write a table as text: .csv.
+        mcap FOLDER: Write a ROS 2 bag (rosbag2, MCAP) as a new folder.
         begin --from T: Time of the first sample [s].
         end --to T: Time of the last sample [s].
         every N: Write only every Nth sample, beginning with the first.
         channels NAME,NAME,...: Channels to write, in this order. Default: all.
-        namespace NAME: Namespace of the drive in the bag, e.g. /left. Default: none.
+        namespace NAME: ROS namespace of the drive in the bag, e.g. /left. Default: none.
         rate HZ: Rate of the state's messages in the bag [Hz]; vibration/block has all samples at
             any rate. Default: 250, the rate of a live drive.
     """
@@ -187,8 +189,8 @@ class StateOptions(NamedTuple):
     """Print a recorded state as the section `start` of a scene.
 
     A run can continue from this state, also in another scene with the same number of balls:
-    `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. The state does not contain
-    which balls friction holds, the integral of a motor's speed loop, or the states of sensor
+    `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. The state does not say which
+    balls are held by friction, and has no integral of a motor's speed loop and no states of sensor
     filters.
 
     Args:
@@ -227,8 +229,8 @@ class ReplayOptions(NamedTuple):
     is published first. A recorder of the replay records the same samples.
 
     Args:
-        rate FACTOR: Playback speed factor.
-        start_paused: Wait until the service replay/pause is called with false.
+        rate FACTOR: Playback speed factor; 2 is twice as fast as recorded.
+        start_paused: Begin only when the ROS service replay/pause is called with false.
     """
 
     bag: Bag
@@ -257,7 +259,8 @@ class UrdfOptions(NamedTuple):
     tf. Joints have the same names as in joint_states.
 
     Args:
-        ros2_control: Add limits of the spindle and the block for ros2_control's topic hardware.
+        ros2_control: Also print limits of the spindle's joint, and the element <ros2_control> for
+            topic-based hardware.
     """
 
     scene: SceneName

@@ -80,7 +80,7 @@ def report_table(runs: Sequence[RunData]) -> Table:
 
 
 def _names(recordings: Sequence[Path]) -> list[str]:
-    """Return the names of files, with as much of their folders as distinguishes them."""
+    """Return the stems of files; if they are not unique, the paths, and if necessary numbers."""
     stems = [path.stem for path in recordings]
     if len(set(stems)) == len(stems):
         return stems
@@ -90,7 +90,7 @@ def _names(recordings: Sequence[Path]) -> list[str]:
 
 
 def compare_command(options: CompareOptions) -> Command:
-    """Return the command that compares a scene's run with a recording, by the recorded commands."""
+    """Return the command that runs a scene under recorded commands, and compares the runs."""
     recording, scene = options.recording, load_scene(options.scene, options.change)
 
     def work(tell: Progress) -> Outcome:
@@ -155,8 +155,8 @@ def print_state(options: StateOptions) -> None:
     at = last if options.time is None else options.time
     if not first <= at <= last:
         raise InputError(
-            f"{recording}: there is no sample at {exact(at)} s; it holds {exact(first)} to "
-            f"{exact(last)} s"
+            f"{recording}: there is no sample at {exact(at)} s; it has samples from {exact(first)} "
+            f"to {exact(last)} s"
         )
     last_sample = None
     clock = run.channels.index("time")
@@ -165,7 +165,7 @@ def print_state(options: StateOptions) -> None:
         last_sample = until[-1] if len(until) else last_sample
         if len(until) < len(block):
             break
-    assert last_sample is not None, "the first one is not later"
+    assert last_sample is not None, "the first sample is not later than the requested time"
     sample = dict(zip(run.channels, last_sample.tolist(), strict=True))
     try:
         start = start_from(sample, balls_in(run.channels), "qw" in run.channels)

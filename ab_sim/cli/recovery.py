@@ -57,7 +57,13 @@ def drags_of(text: str) -> tuple[float, ...]:
 
 
 def recovery_table(results: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
-    """Return the table for the scene's own drag and the others, with all balls or with one."""
+    """Return the table of recoveries, with all balls or with one.
+
+    Args:
+        results: results over the drags.
+        balls: number of balls in the runs.
+        runs: recovery at the scene's drag, then at each of the drags over which they were computed.
+    """
     several = "1 ball" if balls == 1 else f"{balls} balls"
     title = (
         f"{results.scene}, {several}: from {results.from_speed:g} to {results.to_speed:g} rad/s, "
@@ -94,8 +100,8 @@ def _shown(results: RecoveryOverDrag) -> Iterator[Table | str]:
     if results.best_drag is not None and results.composite is not None:
         yield (
             f"best of these drags: {results.best_drag:g} N s/m, where the composite index is "
-            f"smallest: settling time + {results.composite.factor:.5g} s/m x amplitude, the factor "
-            "being mean settling time over mean amplitude of the drags in the table"
+            f"smallest: settling time + {results.composite.factor:.5g} s/m x amplitude; the factor "
+            "is the mean settling time over the mean amplitude of the drags in the table"
         )
     if any(run.settling_time is None for run in runs):
         longest = max(run.duration for run in runs)
@@ -104,12 +110,12 @@ def _shown(results: RecoveryOverDrag) -> Iterator[Table | str]:
             "may be no stable state (ab-sim equilibria), or it takes longer (--set duration=...)"
         )
     if not all(run.rested_before for run in runs):
-        yield "some did not rest before the change began: begin it later, profile.start_time"
+        yield "some drives did not rest before the change began: set profile.start_time later"
     if any(run.verdict == "undecided" for run in runs):
-        yield "undecided: lambda_Rmax is 0 and decides nothing; the run does, for its own start"
+        yield "undecided: lambda_Rmax is 0; only the run shows whether this start settles"
     if results.together:
         yield (
-            "balls that start at one angle stay together, and settle as one ball of their mass "
-            "and all their drag does; lambda_Rmax may be of a motion that moves them apart, and "
-            "not excited: start.ball_angles"
+            "balls that start at one angle stay together, and settle like one ball with their "
+            "total mass and drag; lambda_Rmax may belong to a motion that separates them, which "
+            "this run does not excite: change start.ball_angles"
         )

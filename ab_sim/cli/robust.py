@@ -25,7 +25,7 @@ from ab_sim.scene.shown_units import shown_units
 
 FINER = (0.01, 0.001)
 """Half-widths for which the necessary number of runs is printed."""
-HALF_WIDTH = "must be the half width of the interval, e.g. 0.1%"
+HALF_WIDTH = "must be the half-width of the interval, e.g. 0.1%"
 
 
 def robust_command(options: RobustOptions) -> Command:
@@ -71,7 +71,7 @@ def robust_command(options: RobustOptions) -> Command:
 
 
 def _named_by_file(scene: Scene, *words: str) -> Scene:
-    """Return the scene with a name that distinguishes it from another one of the same name."""
+    """Return the scene with its file and changes in the name, to distinguish two designs."""
     return changed_scene(scene, {"name": f"{scene.name} ({' '.join(words)})"}, "against")
 
 
@@ -84,14 +84,14 @@ def _shown(spread: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[
     )
     yield ", ".join(f"{name}: {count}" for name, count in spread.runs.outcomes.items())
     for outcome, reason in spread.runs.reasons.items():
-        yield f"{outcome} count as not balanced, the first one: {reason}"
+        yield f"{outcome} runs count as not balanced; the first one: {reason}"
     yield from outcome_notes(spread.runs)
     yield _more_runs(spread)
     yield _quantile_table(spread)
     yield from _sobol(spread)
     if spread.against is not None:
         yield from _against(spread, spread.against)
-    yield f"the worst by {spread.ranked_by}, to be run again:"
+    yield f"worst runs by {spread.ranked_by}, with the commands that repeat them:"
     options = "".join(f"--set {change!r} " for change in changes)
     for worst_run in spread.worst:
         value = (
@@ -116,7 +116,7 @@ def _more_runs(spread: Spread) -> str:
 
 
 def _quantile_table(spread: Spread) -> Table:
-    title = "quantiles of the runs that have a metric, and their intervals of 95 %"
+    title = "quantiles over the runs that have a metric, with 95 % intervals"
     table = new_table("metric", "runs | 5 % | median | 95 %", no_wrap=True, title=title)
     for metric, quantiles in spread.quantiles.items():
         count = int((spread[metric] == spread[metric]).sum())
@@ -141,7 +141,7 @@ def _sobol(spread: Spread) -> Iterator[Table | str]:
     if not sobol.pairs:
         yield f"no Sobol indices: {sobol.none}"
         return
-    title = "Sobol indices, and their intervals of 95 %"
+    title = "Sobol indices, with 95 % intervals"
     table = new_table("of | spread", "alone | with others", no_wrap=True, title=title)
     for what, indices in sobol.indices.items():
         for place, effect in enumerate(indices):
@@ -156,11 +156,11 @@ def _sobol(spread: Spread) -> Iterator[Table | str]:
             )
     if sobol.indices:
         yield table
-    yield f"Sobol indices are of {sobol.pairs} pairs of drives, and took {sobol.runs} runs more"
+    yield f"Sobol indices: from {sobol.pairs} pairs of drives, with {sobol.runs} further runs"
     if sobol.pairs < FEW_PAIRS:
         yield (
-            f"these are few: below {FEW_PAIRS} pairs neither indices nor intervals are reliable; "
-            f"use --sobol {FEW_PAIRS} or more, and --runs of at least twice that"
+            f"these are few: below {FEW_PAIRS} pairs, neither indices nor intervals are reliable; "
+            f"use --sobol {FEW_PAIRS} or more, and at least twice as many --runs"
         )
     for name, reason in sobol.missing.items():
         yield f"no Sobol indices of {name}: {reason}"
@@ -168,16 +168,14 @@ def _sobol(spread: Spread) -> Iterator[Table | str]:
 
 def _against(spread: Spread, other: DesignDifference) -> Iterator[Table | str]:
     paired = other.paired
-    yield (
-        f"against {other.runs.scene.name} in the same draws: it balances {share_text(other.share)}"
-    )
+    yield (f"{other.runs.scene.name}, with the same draws, balances {share_text(other.share)}")
     yield (
         f"{spread.scene.name} balances {100.0 * paired.difference:+.2f} % more "
-        f"({100.0 * paired.low:+.2f} to {100.0 * paired.high:+.2f} %); only it: "
-        f"{paired.only_first}, only the other: {paired.only_second}, both: {paired.both}, "
-        f"neither: {paired.neither}; McNemar's p = {paired.p_value:.2g}"
+        f"({100.0 * paired.low:+.2f} to {100.0 * paired.high:+.2f} %); draws in which only it "
+        f"balances: {paired.only_first}, only the other: {paired.only_second}, both: "
+        f"{paired.both}, neither: {paired.neither}; McNemar's p = {paired.p_value:.2g}"
     )
-    title = f"{spread.scene.name} less {other.runs.scene.name}, draw by draw"
+    title = f"{spread.scene.name} minus {other.runs.scene.name}, draw by draw"
     table = new_table("metric", "draws | mean | median", no_wrap=True, title=title)
     for metric, difference in other.metrics.items():
         factor = spread.runs.factor(metric)

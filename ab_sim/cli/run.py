@@ -107,18 +107,18 @@ def _summary(result: OfflineRun, report: dict[str, Any], display: Display) -> Ta
         speed, command = (
             speed_text(result.trajectory[name][-1], display) for name in ("speed", "command")
         )
-        table.add_row("motor", f"at {speed} of {command} commanded in the end")
+        table.add_row("motor", f"at {speed} at the end, commanded: {command}")
     table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
     if result.work_precision is not None:
         table.add_row("accuracy", result.work_precision.reason)
     if result.events:
         crowded = result.steps_with_unresolved_events
-        lost = f"; too many to locate them all in {crowded} steps" if crowded else ""
+        lost = f"; in {crowded} steps, there were too many to locate all" if crowded else ""
         table.add_row("events", f"{result.events} located{lost}")
     for decided in result.decisions:
         table.add_row(f"at {decided.time:.3f} s", decided.text)
     if result.adaptive is not None:
-        table.add_row("believed at the end", _believed(result, display))
+        table.add_row("estimates at the end", _estimates(result, display))
     table.add_row("effects", ", ".join(report["effects"]) or "none")
     for section in ("sensors", "probes"):
         if report[section]:
@@ -126,13 +126,13 @@ def _summary(result: OfflineRun, report: dict[str, Any], display: Display) -> Ta
     return table
 
 
-def _believed(result: OfflineRun, display: Display) -> str:
+def _estimates(result: OfflineRun, display: Display) -> str:
     """Compare the estimates of an adaptive start-up's controller with the true values."""
     assert result.adaptive is not None
     estimates, scene = result.adaptive.estimates, result.scene
     length, symbol = scene.whirl_unit
     if math.isnan(estimates.critical_speed):
-        return "nothing of the drive"
+        return "none yet"
     unit = display.of(ANGULAR_SPEED)
     deviation = estimates.critical_speed_deviation * unit.factor
     critical = f"{estimates.critical_speed * unit.factor:.4g} +- {deviation:.2g} {unit.text}"
@@ -151,7 +151,7 @@ def metrics_table(
     comparison: Comparison,
     units: Mapping[str, ShownUnit] = {},
 ) -> Table:
-    """Return a table with a column for each run and each run that they are compared with.
+    """Return the table of metrics, with a column for each run and each comparison run.
 
     Args:
         title: title of the table.
@@ -166,7 +166,7 @@ def metrics_table(
         if isinstance(beside, Compared):
             columns[head] = beside.metrics
         else:
-            notes.append(f"{head} it could not run: {beside}")
+            notes.append(f"The run {head} failed: {beside}")
     runs_beside = list(columns.values())
     display = _display(scene, units)
     table = Table(title=title, caption_justify="left")
@@ -219,17 +219,17 @@ def _caption(scene: Scene) -> str:
         yield (
             f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: "
             f"+-{100 * BAND:g} % of final W, at least +-{100 * FLOOR:g} % of M0 e/M. "
-            "Times, and when all balls were at -180 deg first, from the run's start."
+            "Times count from the run's start, also that when all balls first were at -180 deg."
         )
         if scene.balls.count:
-            yield "Without balls: their mass is taken out too."
+            yield "Without balls: their mass is removed, too."
         if together := together_at_start(scene):
             yield f"{together[0].upper()}{together[1:]}."
         if scene.deck is not None:
             yield "Tilt: of the shaft, about any axis."
         if "gravity" in scene.effects:
             tilt = " and tilt count" if scene.deck is not None else " counts"
-            yield f"W{tilt} from where the deck hangs."
+            yield f"W{tilt} from the deck's rest position."
         yield f"W, e, M0 e/M: {WHIRL}; angles: {ANGLES}."
 
     return " ".join(sentences())

@@ -1,4 +1,4 @@
-"""Order of the steps of commands with results: check outputs, work, write, print."""
+"""Commands with results: check the output files, work, write the files, print the results."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -37,8 +37,8 @@ class Outcome(NamedTuple):
     """Result of a command's work."""
 
     shown: Iterable[Table | str]
-    """Tables and summaries; they are generated after everything has been written. With ``--json -``
-    they go to standard error."""
+    """Tables and summaries, generated after all files have been written. With ``--json -`` they go
+    to standard error."""
     report: Callable[[], dict[str, Any]] = dict
     """Function that returns the content of the JSON."""
     draw: Draw | None = None
@@ -48,19 +48,18 @@ class Outcome(NamedTuple):
     written: Sequence[Path] = ()
     """Files that the work has written itself."""
     failure: str | None = None
-    """Reason and remedy if a search found nothing: the error with which the command exits."""
+    """Error with which the command exits if a search found nothing: reason and remedy."""
 
 
 class Command(NamedTuple):
-    """A command whose arguments have been checked."""
+    """Command whose arguments have been checked."""
 
     work: Callable[[Progress], Outcome]
     """Function that does the work; its argument is a progress callback."""
     bar: str | None = None
-    """Name at the progress bar; None: no bar."""
+    """Name in front of the progress bar; None: no bar."""
     left: str | None = None
-    """Text on the files that remain after Ctrl-C, if the work ends in order; None: it ends at
-    once."""
+    """Text on the files that remain after Ctrl-C; None: Ctrl-C ends the process immediately."""
     outputs: Sequence[Output] = ()
     """Files other than JSON and picture."""
 
@@ -68,8 +67,8 @@ class Command(NamedTuple):
         """Run the command, with the values of ``--json`` and ``--plot``.
 
         Raises:
-            InputError: an output cannot be written. All outputs are checked before the work; one
-                that fails later does not keep the others from being written.
+            InputError: an output cannot be written. All outputs are checked before the work; if
+                one fails nevertheless, the others are still written.
             NothingFound: the search found nothing.
         """
         to_stdout = json == "-"
@@ -114,7 +113,7 @@ def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
     """Write an output, and return the written files.
 
     Raises:
-        InputError: it cannot be written; the message names option, file and reason.
+        InputError: the file cannot be written; the message has option, file and reason.
     """
     try:
         files = write(file)
@@ -124,9 +123,12 @@ def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
 
 
 def picture(function: str, *arguments: Any) -> Draw:
-    """Return a function that draws with ``module:function``, called with arguments and the file.
+    """Return a function that draws a picture into a file.
 
-    The module is imported on the call, because matplotlib takes long to import.
+    Args:
+        function: function that draws, as ``module:function``. The module is imported on the call,
+            because matplotlib takes long to import.
+        arguments: its arguments; the file follows as the last one.
     """
 
     def draw(file: Path) -> None:
@@ -157,8 +159,8 @@ def new_table(left_columns: str, right: str, no_wrap: bool = False, **settings: 
 
     Args:
         left, right: names of the columns, as ``a | b``.
-        no_wrap: whether left-aligned columns keep their texts in one line.
-        settings: see rich's ``Table``.
+        no_wrap: whether texts of left-aligned columns are not wrapped.
+        settings: settings of rich's ``Table``.
     """
     table = Table(**settings)
     for name in left_columns.split(" | ") if left_columns else ():

@@ -34,7 +34,8 @@ class DemoOptions(NamedTuple):
     after the run the page is served until Ctrl-C.
 
     Args:
-        out FOLDER: Folder for startup.rrd and startup.png.
+        out FOLDER: Folder in which the recording startup.rrd and the picture startup.png are
+            written.
     """
 
     out: Path = Path("out")
@@ -46,12 +47,14 @@ class DemoOptions(NamedTuple):
 class RunOptions(NamedTuple):
     """Simulate a scene offline, at full speed, and judge the run.
 
-    The JSON has `samples`, one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl, theta,
-    ball_rate and stuck. Samples also have motor_torque and readings if the scene has them, and for
-    a deck in space z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes. The JSON
-    has the number of events and of steps_with_unresolved_events, the scene, and each metric by its
-    name; `ab-sim metrics` lists units, meanings and equations. Final values are taken over the last
-    stretch of the run, of length final_stretch. The JSON has these metrics also for the runs
+    The JSON has `samples`, one per time, each with time t; angle psi and speed omega of the
+    spindle; the deck's displacement u and velocity v on rotating axes, displacement x, y and
+    velocity vx, vy on inertial axes, and whirl; angles theta and rates ball_rate of the balls, and
+    which of them are stuck. Samples also have motor_torque and readings if the scene has them, and
+    for a deck in space z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes. The
+    JSON has the number of events and of steps_with_unresolved_events, the scene, and each metric by
+    its name; `ab-sim metrics` lists units, meanings and equations. Final values are taken over the
+    last stretch of the run, of length final_stretch. The JSON has these metrics also for the runs
     without_variable_speed_period and without_balls. If the scene requests an accuracy, it has the
     measured error and its cost. Symbols, signs and angles: docs/conventions.md
 
@@ -60,7 +63,7 @@ class RunOptions(NamedTuple):
     Args:
         times T,T,...: Times of the samples [s], e.g. 2.5,3,6; the run lasts until the last of
             them. Default: 101 times, evenly spaced over the scene's duration.
-        step SECONDS: Step instead of the scene's [s].
+        step SECONDS: Length of an integration step [s], instead of the scene's.
         units UNIT,UNIT,...: Units of lengths, speeds, angles and torques in the table, e.g.
             'um,rpm,deg'. With a unit of length, the table has W in this unit instead of W/e.
         plot: Draw speed, W/e, driving force, ball angles and motor torque: .png, .svg or .pdf.
@@ -74,7 +77,10 @@ class RunOptions(NamedTuple):
     times: str | None = None
     stepper: Annotated[
         str | None,
-        Option(metavar="NAME", help=f"Stepper instead of the scene's: {', '.join(STEPPERS)}."),
+        Option(
+            metavar="NAME",
+            help=f"Integration method, instead of the scene's: {', '.join(STEPPERS)}.",
+        ),
     ] = None
     step: float | None = None
     units: str = ""
@@ -114,9 +120,9 @@ class ViewOptions(NamedTuple):
     closed, or until Ctrl-C. It sends nothing to other machines.
 
     Args:
-        files FILE...: Recordings: .rrd.
-        web: Show the recordings in a browser, at the address that is printed.
-        port PORT: Port of the page with --web; 0: any free port.
+        files FILE...: Recordings of runs: .rrd.
+        web: Show the recordings in a browser, at an address that the command prints.
+        port PORT: With --web, port of the web page; 0: any free port.
     """
 
     files: Annotated[list[Path], Argument()]
@@ -129,7 +135,7 @@ class ScenesOptions(NamedTuple):
     """List the scenes that come with ab_sim, or describe one.
 
     Args:
-        name NAME: Describe this scene only; or a YAML file.
+        name NAME: Scene to describe: a name from the list, or a YAML file. Default: list all.
     """
 
     name: Annotated[str | None, Argument()] = None
@@ -170,11 +176,12 @@ class KeysOptions(NamedTuple):
 class EffectsOptions(NamedTuple):
     """List the effects that a scene can name, with their equations.
 
+    An effect is a force or constraint that a scene can add to the drive's model.
     `ab-sim effects suspension --equation` prints the formulas in its code: the force
     f_1 = -c v_1 - k u_1, the energy and the loss; symbols as in docs/equations.md.
 
     Args:
-        name NAME: Print this effect only.
+        name NAME: Effect to print. Default: all.
         equation: Print all formulas, derived from the code: as text, then as LaTeX.
     """
 
@@ -198,7 +205,7 @@ class MetricsOptions(NamedTuple):
     of each metric. Symbols and signs: docs/conventions.md
 
     Args:
-        name NAME: Print this metric only.
+        name NAME: Metric to print. Default: all.
     """
 
     name: Annotated[str | None, Argument(show_default=False)] = None
@@ -247,7 +254,7 @@ class AccuracyOptions(NamedTuple):
 
 @accuracy_and_cost.declare("ab_sim.cli.costs:cost_command")
 class CostOptions(NamedTuple):
-    """Measure the time that each effect of a scene costs.
+    """Measure the CPU time that each effect of a scene costs.
 
     Measures steps without effects, with each effect alone, and with all effects of the scene.
 
@@ -277,7 +284,7 @@ class COptions(NamedTuple):
     docs/howto/c.md
 
     Args:
-        out FOLDER: Write source, header, CMakeLists.txt and README to a folder.
+        out FOLDER: Write C source, header, CMakeLists.txt and README to a folder.
         fmu FILE: Write an FMU (FMI 3.0, co-simulation): .fmu.
     """
 

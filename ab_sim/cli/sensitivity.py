@@ -17,7 +17,7 @@ from ab_sim.scene import load_scene
 
 
 def sensitivity_command(options: SensitivityOptions) -> Command:
-    """Return the command that computes derivatives of metrics by numbers of a scene."""
+    """Return the command that computes derivatives of metrics with respect to keys of a scene."""
     names = _listed("--of", options.of)
     differentiable_metrics(names)
     scene = load_scene(options.scene, options.change)
@@ -47,7 +47,7 @@ def _listed(option: str, text: str) -> list[str]:
     """
     names = [name.strip() for name in text.split(",")]
     if not all(names) or len(set(names)) < len(names):
-        raise InputError(f"{option} {text}: must be names with commas between, each once")
+        raise InputError(f"{option} {text}: must be different names separated by commas")
     return names
 
 
@@ -56,7 +56,7 @@ def _shown(sensitivities: MetricSensitivities, settled: bool) -> Iterator[Table 
         unit = sensitivities.metric_units[i]
         named = metric if unit in ("1", "-") else f"{metric} [{unit}]"
         table = Table(
-            title=f"{sensitivities.scene.name}: {named} = {sensitivities.metric_values[i]:.6g}, by"
+            title=f"{sensitivities.scene.name}: {named} = {sensitivities.metric_values[i]:.6g}"
         )
         table.add_column("key", overflow="fold")
         table.add_column("value", justify="right")
@@ -84,30 +84,30 @@ def _shown(sensitivities: MetricSensitivities, settled: bool) -> Iterator[Table 
             text for text, k in zip(at_zero, keys, strict=True) if not sensitivities.values[k]
         ]
         if at_zero:
-            yield f"no percent of 0, so not in the picture; by derivative: {', '.join(at_zero)}"
+            yield f"value 0, so no % per % and not in the picture; derivative: {', '.join(at_zero)}"
         still = [sensitivities.keys[k] for k in order if sensitivities.has_no_influence[i, k]]
         if still:
             yield f"no influence on {metric}: {', '.join(still)}"
         unknown = [sensitivities.keys[k] for k in order if not _is_known(sensitivities, i, k)]
         if unknown:
             yield (
-                f"{metric} is not differentiable here by: {', '.join(unknown)}; larger changes: "
-                "`ab-sim sweep`"
+                f"{metric} is not differentiable here with respect to {', '.join(unknown)}; for "
+                "larger changes use `ab-sim sweep`"
             )
     yield (
         f"central differences of runs by {sensitivities.scene.solver.stepper}, step "
-        f"{sensitivities.scene.solver.step:g} s, +- their uncertainty; % per %: by how many "
-        "percent it changes if the key does by one"
+        f"{sensitivities.scene.solver.step:g} s, +- their uncertainty; % per %: change of the "
+        "metric in percent if the key changes by one percent"
     )
     if not settled:
         yield (
             "the run has not settled: final values still change, and so do their derivatives; "
-            "a longer duration tells of the settled drive"
+            "use a longer duration for those of the settled drive"
         )
 
 
 def with_uncertainty(value: float, uncertainty: float) -> str:
-    """Text of a value, to the first digit that is uncertain and at most six."""
+    """Return a value as text, up to its first uncertain digit, with its uncertainty."""
     digits = 6
     if value and uncertainty:
         digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(uncertainty)) + 1

@@ -52,11 +52,12 @@ def _shown(sizing: Sizing) -> Iterator[Table | str]:
         if candidate.why_not is not None:
             yield f"{candidate.count} balls: {candidate.why_not}"
     for count, runs in sizing.tried:
-        yield f"{count} balls: predicted, but of runs only {100 * runs.share.value:.1f} % balance"
+        share = f"{100 * runs.share.value:.1f} %"
+        yield f"{count} balls: enough by the prediction, but only {share} of the runs balance"
     if sizing.chosen is None:
         return
     yield _chosen(sizing, sizing.chosen)
-    table = Table("claim", "predicted", "seen", "verdict", title="predictions, checked by runs")
+    table = Table("claim", "predicted", "seen", "verdict", title="predictions and runs")
     for claim in sizing.claims:
         table.add_row(*claim)
     yield table

@@ -24,14 +24,15 @@ from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.design import basin as basins
 from ab_sim.scene import load_scene
 
-OF_WHICH = {
-    ALL: "by all balanced positions of the balls",
-    SAMPLED: "by sampled balanced positions of the balls: between them there may be others",
+BASIS = {
+    ALL: "computed from all balanced positions of the balls",
+    SAMPLED: "computed from samples of the balls' balanced positions: others may differ",
 }
+"""Captions of maps, by the basis of their verdicts."""
 
 
 def stability_command(options: StabilityOptions) -> Command:
-    """Return the command for a map, maps of a family, a basin, or resting states."""
+    """Return the command for a map, a family of maps, a basin, or resting states."""
     _check_combination(options)
     if options.basin is not None:
         return _basin_command(options, options.basin)
@@ -141,27 +142,25 @@ def circulation_line(stable_map: StabilityMap) -> str:
     """Return a line on circulating balls in a map."""
     reason = stable_map.circulation_not_looked_for
     if reason is not None:
-        return f"balls that circulate are not looked for: {reason}"
+        return f"circulating balls were not searched for: {reason}"
     all_, beside = (stable_map.circulating == CIRCULATES).mean(), stable_map.coexisting.mean()
     unknown = (stable_map.circulating == NOT_KNOWN).mean()
     sentence = (
         f"all balls can circulate together on {100 * all_:.2f} % of the map, coexisting with "
         f"stable balance on {100 * beside:.2f} %"
     )
-    more = f"; not known, as swings are too large, on {100 * unknown:.2f} %" if unknown else ""
-    return f"{sentence}{more} (closed form: no friction, what turns with the spindle is small)"
+    more = f"; not known, because swings are too large, on {100 * unknown:.2f} %" if unknown else ""
+    return f"{sentence}{more} (closed form: no friction, small effects of the spindle's angle)"
 
 
 def _of_which(stable_map: StabilityMap) -> str | None:
-    return (
-        None if stable_map.balanced_positions is None else OF_WHICH[stable_map.balanced_positions]
-    )
+    return None if stable_map.balanced_positions is None else BASIS[stable_map.balanced_positions]
 
 
 def family_table(maps_of_values: Family) -> Table:
-    """Return the table of the shares of the maps in which balance is stable."""
-    title = f"{maps_of_values.maps[0].plane.scene.name}: where balance is stable"
-    columns = f"{maps_of_values.key} | at some positions at least | at every position"
+    """Return the table of the shares of each map in which balance is stable."""
+    title = f"{maps_of_values.maps[0].plane.scene.name}: share of the map with stable balance"
+    columns = f"{maps_of_values.key} | at one or more positions | at every position"
     table = new_table("", columns, title=title)
     for value, stable_map in zip(maps_of_values.values, maps_of_values.maps, strict=True):
         shares = stable_map.balanced.mean(), stable_map.balanced_everywhere.mean()
@@ -173,11 +172,11 @@ def family_table(maps_of_values: Family) -> Table:
 def against_table(comparison: BallCountComparison) -> Table:
     """Return the table that compares two numbers of balls."""
     ours, other = (m.plane.scene.balls.count for m in (comparison.ours, comparison.other))
-    title = f"balance of {ours} and of {other} balls, together as heavy"
+    title = f"balance of {ours} and of {other} balls, of the same total mass"
     columns = f"for both | only for {ours} | only for {other}"
     table = new_table("stable", columns, title=title)
     rows: tuple[tuple[str, StableShares], ...] = (
-        ("at some positions at least", comparison.somewhere),
+        ("at one or more positions", comparison.somewhere),
         ("at every position", comparison.everywhere),
     )
     for name, shares in rows:
@@ -186,13 +185,13 @@ def against_table(comparison: BallCountComparison) -> Table:
 
 
 def basin_table(basin: basins.Basin) -> Table:
-    """Return the table of the shares of starts."""
-    title = f"{basin.scene.name}: how runs end, of {len(basin.angles)}^2 starts"
-    table = new_table("the run ends", "share of the starts", title=title)
+    """Return the table of outcomes, with their shares of the start angles."""
+    title = f"{basin.scene.name}: outcomes of runs from {len(basin.angles)}^2 starts"
+    table = new_table("outcome", "share of the starts", title=title)
     for label, share in basin.shares.items():
         table.add_row(basins.NAMES[label], f"{100 * share:.2f} %")
     left_out = int((basin.labels == basins.LEFT_OUT).sum())
-    table.caption = f"balanced: at most {basin.limit:g} of the unbalance is left"
+    table.caption = f"balanced: residual unbalance of at most {basin.limit:g}"
     if left_out:
         table.caption += f"; {left_out} starts {basins.NAMES[basins.LEFT_OUT]}"
     return table

@@ -57,24 +57,24 @@ def report_startup(
 
 
 def _difference(live: Trajectory, offline: Trajectory) -> str:
-    """Return the difference between two runs at the steps that both have.
+    """Return the difference between two runs at their common steps, as text.
 
-    The first sample is left out: a live drive takes it before it is commanded.
+    The first sample is omitted: a live drive takes it before its first command.
     """
     _, ours, theirs = np.intersect1d(live["step"][1:], offline["step"][1:], return_indices=True)
     ours, theirs = ours + 1, theirs + 1
     if np.array_equal(live.samples[ours], offline.samples[theirs]):
-        return "the same, to the last bit"
+        return "identical to the last bit"
     worst = np.max(np.abs(live.ball_angles[ours] - offline.ball_angles[theirs]), initial=0.0)
     return f"ball angles differ by up to {worst:.1e} rad"
 
 
 def _from_profile_start(whole: Trajectory, duration: float) -> Trajectory:
-    """Return the part in which the profile ran, with the time counted from its start."""
+    """Return the part of a run from the profile's start on, with times counted from there."""
     moved = np.flatnonzero(whole["command"] != whole["command"][0])
     if len(moved) == 0:
-        raise AbSimError("the recording holds no command: the profile controller was not heard")
-    # A sample has the command in force during the step that it ends.
+        raise AbSimError("the recording has no command: none of the profile controller arrived")
+    # A sample contains the command of the step that ends at this sample.
     first = max(moved[0] - 1, 0)
     samples = whole.samples[first:].copy()
     samples[:, 1] -= samples[0, 1]

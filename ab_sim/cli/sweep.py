@@ -40,8 +40,8 @@ def sweep_command(options: SweepOptions) -> Command:
 
 
 def _shown(sweep: Sweep) -> Iterator[Table | str]:
-    title = f"{sweep.scene.name}: {len(sweep.table)} runs, of which those that settled"
-    table = new_table("metric", "least | median | largest", title=title)
+    title = f"{sweep.scene.name}: {len(sweep.table)} runs; metrics of those that settled"
+    table = new_table("metric", "smallest | median | largest", title=title)
     for metric in sweep.metrics:
         values = sweep.shown(metric)[has_settled(sweep[OUTCOME])].astype(float)
         values = values[np.isfinite(values)]

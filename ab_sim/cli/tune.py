@@ -29,7 +29,7 @@ from ab_sim.scene.shown_units import shown_units
 
 
 def tune_command(options: TuneOptions) -> Command:
-    """Return the command that finds the best values of keys."""
+    """Return the command that optimises values of a scene within limits."""
     shown_units(options.units)
     executor = executor_of(options.workers, options.scheduler)
     scene = load_scene(options.scene, options.change)
@@ -97,30 +97,30 @@ def _shown(tuning: Tuning) -> Iterator[Table | str]:
         table.add_row(tuning.runs.titled(range_.key), *cells)
     yield table
     if draws > 1:
-        yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
+        yield f"value that {100 * standard.share:g} % of a candidate's {draws} drives reach:"
     factor = tuning.runs.factor(standard.aim.metric)
     verdict = "" if draws > 1 else f", {tuning.runs[OUTCOME][tuning.candidate]}"
     yield f"{tuning.runs.titled(standard.aim.metric)}: {_aim_text(tuning.best, factor)}{verdict}"
     if AS_IT_IS in tuning.as_good:
-        yield "that is no better than the scene as it is"
+        yield "this is no better than the scene as it is"
     if NO_PERIOD in tuning.as_good:
         none = _aim_text(tuning.as_good[NO_PERIOD], factor)
-        yield f"no variable-speed period at all is as good or better: {none}"
+        yield f"without a variable-speed period, the scene is as good or better: {none}"
     for name, metric, inside_ in tuning.before:
         yield f"  the scene {name}: {_aim_text(metric, factor, inside_)}"
     for key, value, metric, inside_ in tuning.beside:
         yield f"  at {tuning.runs.setting(key, value)}: {_aim_text(metric, factor, inside_)}"
     if tuning.active:
-        yield f"at its bounds, beyond which it may be better: {', '.join(tuning.active)}"
+        yield f"at an end of its range or a bound that limits it: {', '.join(tuning.active)}"
     yield line
     yield from _left_out(tuning)
 
 
 def _left_out(tuning: Tuning) -> Iterator[str]:
-    """Yield lines on candidates that do not count, with reasons."""
+    """Yield lines on candidates that do not count, and notes on outcomes."""
     for name, (count, better) in tuning.left_out.items():
         ahead = f", {better} of them better at their end than the best" if better else ""
-        yield f"left out: {count} candidates, {name}{ahead}"
+        yield f"not counted: {count} candidates, {name}{ahead}"
     yield from outcome_notes(tuning.runs)
 
 
@@ -139,11 +139,11 @@ def _nothing_found(tuning: Tuning, scene_name: str) -> str:
     share = f"{100 * task.standard.share:g} % of the drives of no candidate have"
     drives = share if task.spreading.draws > 1 else "no run has"
     message = f"nothing found: {drives} settled and kept all bounds; widen the ranges or the bounds"
-    if len(tuning.candidates) >= task.effort.candidates:  # otherwise the search has ended by itself
+    if len(tuning.candidates) >= task.effort.candidates:  # otherwise the search had converged
         message += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
         command = f"{own_command()} equilibria {shlex.quote(scene_name)}"
-        message += f"; `{command}` says where friction holds balls"
+        message += f"; `{command}` shows where friction holds balls"
     return message
 
 

@@ -9,8 +9,8 @@ from ab_sim.cli.scene_commands import ViewOptions
 from ab_sim.show.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
 MEMORY = "50%"
-"""Memory limit of the viewer, relative to this machine's, so that long recordings are shown
-whole."""
+"""Memory limit of the viewer, in percent of this machine's memory: enough to show long recordings
+completely."""
 console = PlainConsole()
 
 
@@ -18,7 +18,7 @@ def run_view(options: ViewOptions) -> None:
     """Show recordings until Ctrl-C, or until the window is closed.
 
     Raises:
-        InputError: a file is missing, there is no screen, or the port is taken.
+        InputError: a file is missing, there is no screen, or the port is in use.
         AbSimError: the viewer has failed.
     """
     for file in options.files:

@@ -51,9 +51,9 @@ def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None
 
 
 def start_run(live: "LiveRun", view: str, now: bool) -> None:
-    """Print the address of the viewer, or why there is none, and start the run.
+    """Print the viewer's address, or why there is none, and start the run.
 
-    With a page, wait for a browser first, unless it is to start ``now``.
+    With a web page, wait for a browser first, except if ``now`` is set.
     """
     recorder = live.health("recorder")
     if "viewer" in recorder:
@@ -69,7 +69,7 @@ def _wait_for_page(live: "LiveRun") -> None:
     """Wait until a browser shows the page, or until Enter.
 
     Raises:
-        Interrupted: interrupted; the empty recording is removed.
+        Interrupted: Ctrl-C was pressed; the empty recording is removed.
     """
     console.print("the run starts when the page is open, or with Enter   (Ctrl-C ends it)")
     try:
@@ -83,7 +83,7 @@ def _wait_for_page(live: "LiveRun") -> None:
 
 
 def serve_page(live: "LiveRun") -> None:
-    """Keep serving the page, with the whole run, until Ctrl-C."""
+    """Serve the page with the whole run until Ctrl-C."""
     console.print("the run is over; the page shows all of it until Ctrl-C", soft_wrap=True)
     try:
         while True:
@@ -93,13 +93,13 @@ def serve_page(live: "LiveRun") -> None:
 
 
 def replay_hint(file: Path, view: str) -> str:
-    """Return a hint with a command that shows a recording again."""
+    """Return a hint that contains the command to show a recording again."""
     web = ["--web"] if view == WEB or not screens() else []
     return f"(look at it: {own_command()} {shlex.join(['view', str(file), *web])})"
 
 
 def _enter_pressed() -> bool:
-    """Return whether a line came from standard input; its end does not count."""
+    """Return whether Enter was pressed; the end of standard input does not count."""
     try:
         descriptor = sys.stdin.fileno()
         # A background job that reads from its terminal would be stopped.
@@ -111,7 +111,7 @@ def _enter_pressed() -> bool:
 
 
 def follow_run(live: "LiveRun", scene: Scene, duration: float) -> None:
-    """Show a run in the terminal for its duration, in simulated time [s].
+    """Show a run in the terminal until it has lasted for a duration, in simulated time [s].
 
     Raises:
         AbSimError: a node failed.
@@ -125,9 +125,9 @@ def follow_run(live: "LiveRun", scene: Scene, duration: float) -> None:
 
 @contextlib.contextmanager
 def _display(scene: Scene, duration: float) -> Iterator[Show]:
-    """Show a bar with the drive's state, or without a terminal one line per second.
+    """Show a bar with the drive's state; without a terminal, print a line per simulated second.
 
-    The display includes the state of the profile controller with its reason.
+    Each new state of the profile controller is also printed, with its reason.
     """
 
     def state(live: "LiveRun") -> str:

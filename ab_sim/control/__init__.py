@@ -1,6 +1,7 @@
-"""An adaptive start-up: the spindle finds its speed profile itself. Without scenes and ROS.
+"""Adaptive start-up: a controller that finds the speed profile from measurements; without ROS.
 
-The controller is imported on first use: each scene needs the settings, but few run a controller.
+The controller is imported on first use, because every scene needs the settings, but few scenes run
+a controller.
 """
 
 from typing import TYPE_CHECKING, Any

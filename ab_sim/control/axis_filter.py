@@ -25,20 +25,20 @@ from ab_sim.control import chosen
 
 SIZE = 7
 NUMBERS = SIZE + SIZE * SIZE + 11
-"""Length of its state in numbers."""
+"""Number of values in the state of an ``AxisFilter``."""
 
 
 class AxisFilter:
-    """The filter of one axis.
+    """Extended Kalman filter of one axis.
 
     Parameters
     ----------
     acceleration : bool
         Whether readings are accelerations; else displacements.
     final_speed : float
-        rad/s; the critical speed is assumed to be lower.
+        Final speed of the start-up [rad/s]; the critical speed is assumed to be lower.
     noise : float
-        Standard deviation of a reading; 0: unknown.
+        Standard deviation of a reading [m or m/s^2]; 0: unknown.
     """
 
     __slots__ = (
@@ -57,8 +57,8 @@ class AxisFilter:
         self.known = 0.0
         """1 once there is an estimate; before, readings are collected to estimate their noise."""
         self.variance = self.size = 0.0
-        """Variance of a reading from the innovations; mean square without the offset, with
-        forgetting."""
+        """Variance of a reading, from the innovations; and exponentially averaged square of a
+        reading without its offset."""
         self._first = self._sum = self._squares = self._rough = self._last = self._before = 0.0
         self._count = self._wild = 0.0
 
@@ -86,7 +86,7 @@ class AxisFilter:
     def collect(self, reading: float, speed: float) -> None:
         """Collect a reading before there is an estimate.
 
-        The last of them gives the first estimate.
+        If there are enough readings at sufficient speed [rad/s], compute the first estimate.
         """
         if self._count == 0.0 or self._count > 400.0:
             self._first, self._sum, self._squares, self._rough = reading, 0.0, 0.0, 0.0
@@ -138,7 +138,8 @@ class AxisFilter:
         h : float
             Step [s].
         p0, r0, p1, r1 : float
-            Force per mass for a net unbalance of 1 and of i, at the beginning and at the end.
+            Force per mass for a net unbalance of 1 m (p) and of i m (r), at the beginning (0) and
+            at the end (1) of the step [m/s^2].
         """
         x, v, a, b, K, D, offset = self.state
         u0, u1 = a * p0 + b * r0, a * p1 + b * r1
@@ -200,7 +201,7 @@ class AxisFilter:
         reading : float
             Displacement or acceleration, as the sensor reports it [m or m/s^2].
         p, r : float
-            Force per mass for a net unbalance of 1 and of i.
+            Force per mass for a net unbalance of 1 m and of i m [m/s^2].
         """
         P, state = self.covariance, self.state
         noise = self.variance + chosen.SCALE_ERROR * chosen.SCALE_ERROR * self.size
@@ -254,7 +255,7 @@ class AxisFilter:
             self._lose()
 
     def _lose(self) -> None:
-        """Restart without any estimate, because numbers have gone out of bounds."""
+        """Restart without any estimate, because values have diverged."""
         fresh = AxisFilter(self._acceleration, self._final, self._noise)
         self.restore(fresh.numbers())
 
@@ -266,7 +267,7 @@ class AxisFilter:
         return [*self.state, *(value for row in self.covariance for value in row), *state]
 
     def restore(self, numbers: list[float]) -> None:
-        """Continue from a state of ``numbers``."""
+        """Restore a state that ``numbers`` returned."""
         self.state = numbers[:SIZE]
         for i in range(SIZE):
             self.covariance[i] = numbers[SIZE * (i + 1) : SIZE * (i + 2)]

@@ -6,7 +6,7 @@ is speed over critical speed.
 """
 
 UNIT = 200.0
-"""rad; one unit of time is 1 s for a final speed of 200 rad/s."""
+"""Final speed times the unit of time [rad]: the unit is 1 s for a final speed of 200 rad/s."""
 
 # --- the estimator
 FIRST_RATIO = 0.5
@@ -27,7 +27,7 @@ NOISE_GAIN = 0.002
 WILD = 9.0
 """Square of innovation over deviation beyond which a reading has less weight."""
 LOST = 20
-"""Number of such readings in a row after which the motion is estimated again."""
+"""Number of readings beyond ``WILD`` in a row after which the motion is estimated again."""
 LONGEST_GAP = 0.25
 """Time between samples beyond which the motion is estimated again [s]."""
 STEP_ANGLE = 0.3

@@ -41,17 +41,18 @@ class Estimates(NamedTuple):
     net_unbalance_deviation: float
     """Standard deviation of the net unbalance [m]."""
     without_balls: float
-    """Largest magnitude of the net unbalance since the critical speed was known [m]: the scale for
-    comparison. It stands for the unbalance before balls moved, and is rarely below that of the
-    rotor alone, or above twice that."""
+    """Largest magnitude of the net unbalance since the critical speed was known [m], the scale for
+    comparison. It approximates the unbalance before balls moved, and is usually between one and two
+    times the unbalance of the rotor alone."""
     dwells: int
     retries: int
     """Number of dwells and of retries so far."""
 
 
 class Decision(NamedTuple):
-    """The latest decision."""
+    """Latest decision of the start-up."""
 
     number: int
-    """Number of decisions so far, with which a caller reports each one once."""
+    """Number of decisions so far, by which a caller recognises a new one."""
     text: str
+    """State and reason in plain words."""

@@ -1,4 +1,4 @@
-"""Estimates from the readings: critical speed, damping, net unbalance and its change."""
+"""Estimation of critical speed, damping, net unbalance and its rate of change from readings."""
 
 import math
 
@@ -8,14 +8,14 @@ from ab_sim.control.sensor_monitor import Reason, SensorMonitor
 from ab_sim.control.settings import StartUpSettings
 
 LARGEST = 1e9
-"""Magnitude beyond which numbers are invalid."""
+"""Sum of the magnitudes of a sample's values above which the sample is invalid."""
 
 
 class Observer:
-    """Observer with a filter per axis, whose results are averaged.
+    """Observer with one filter per axis, whose results are averaged.
 
-    Axes may differ in stiffness, so each has its own critical speed. The net unbalance is common to
-    them: if they disagree on it, one of them is wrong.
+    Axes may differ in stiffness, so each has its own critical speed. The net unbalance is the same
+    for both; if the filters disagree on it, an axis is wrong.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ class Observer:
         self.samples = 0.0
         self.time = self._angle = self.speed = self._slope = 0.0
         self._p = self._r = 0.0
-        """Force per mass for a net unbalance of 1 and of i, along the first axis."""
+        """Force per mass for a net unbalance of 1 m and of i m, along the first axis [m/s^2]."""
         self.re = self.im = self.deviation = 0.0
         """Net unbalance and its standard deviation [m]."""
         self.fast = self.slow = self.average_re = self.average_im = self.scale = 0.0
-        """Averages of the magnitude of the net unbalance and of itself, and largest average
-        magnitude [m]."""
+        """Fast and slow average of the net unbalance's magnitude; average of the complex net
+        unbalance; and largest average magnitude [m]."""
         self.critical = self.critical_deviation = self.damping = 0.0
         """Critical speed and its deviation [rad/s], and damping [1/s]."""
         self.known = 0.0
@@ -59,7 +59,7 @@ class Observer:
 
     @property
     def doubt(self) -> float:
-        """Time within which a further contradiction of the axes would be their second [s]."""
+        """Remaining time in which another contradiction of the axes causes an abort [s]."""
         return self._monitor.doubt
 
     @property
@@ -72,7 +72,15 @@ class Observer:
     def take(
         self, time: float, angle: float, speed: float, first: float, second: float
     ) -> tuple[bool, Reason]:
-        """Process a sample; return whether it was valid, and the reason for an abort, if any."""
+        """Process a sample; see `StartUp.sample` for the arguments.
+
+        Returns
+        -------
+        bool
+            Whether the sample was valid.
+        Reason
+            Reason for an abort; ``NONE`` if there is none.
+        """
         # NaN and infinity fail this comparison.
         readings = abs(angle) + abs(speed) + abs(first) + abs(second)
         if not (abs(time) < LARGEST and readings < LARGEST):
@@ -115,7 +123,7 @@ class Observer:
     def _filter(
         self, dt: float, angle: float, speed: float, p: float, r: float, first: float, second: float
     ) -> None:
-        """Predict over ``dt`` in short enough steps, and update with the readings."""
+        """Predict the filters' states over ``dt`` [s] in short steps, and update with readings."""
         fastest = max(self._settings.final_speed, speed)
         parts = 1 + int(dt * fastest / chosen.STEP_ANGLE)
         h, slope = dt / parts, self._slope
@@ -130,7 +138,7 @@ class Observer:
                 p1, r1 = square * c + slope * s, slope * c - square * s
             if axes[0].known == 1.0:
                 axes[0].predict(h, p0, r0, p1, r1)
-            # The second axis is 90 degrees ahead, so angles from it are smaller by that.
+            # The second axis is 90 degrees ahead, so angles from it are 90 degrees smaller.
             if len(axes) == 2 and axes[1].known == 1.0:
                 axes[1].predict(h, -r0, p0, -r1, p1)
             p0, r0 = p1, r1
@@ -169,8 +177,8 @@ class Observer:
         self.critical, self.damping = math.sqrt(stiffness / stiff_weight), damping / count
         self.critical_deviation = 0.5 * math.sqrt(1.0 / stiff_weight) / self.critical
         size = math.sqrt(self.re * self.re + self.im * self.im)
-        # Two low-passes of |q| with different time constants: their difference gives its rate. The
-        # low-pass of q itself tells circulating balls, for which q turns and averages out.
+        # Two low-passes of |q| have different time constants, so that their difference gives the
+        # rate of |q|. If balls circulate, q turns, and the low-pass of q itself becomes small.
         slow = dt / (dt + chosen.SLOW * self._unit)
         self.fast += (size - self.fast) * (dt / (dt + chosen.FAST * self._unit))
         self.slow += (size - self.slow) * slow
@@ -210,7 +218,7 @@ class Observer:
         return state
 
     def restore(self, numbers: list[float]) -> None:
-        """Continue from a state of ``numbers``."""
+        """Restore a state that ``numbers`` returned."""
         self.samples, self.time, self._angle, self.speed, self._slope = numbers[:5]
         self._p, self._r = numbers[5:7]
         self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[7:13]

@@ -1,4 +1,4 @@
-"""Plausibility checks of a sensor: reasons for an abort."""
+"""Plausibility checks of a sensor, which may abort a start-up."""
 
 import enum
 import math
@@ -9,7 +9,7 @@ TURN = 6.283185307179586
 
 
 class Reason(enum.IntEnum):
-    """Reason of an abort; the same numbers in C."""
+    """Reason for an abort; the C version has the same numbers."""
 
     NONE = 0
     ASKED = 1
@@ -43,11 +43,11 @@ class SensorMonitor:
     Parameters
     ----------
     axes : int
-        1 or 2.
+        Number of axes, 1 or 2.
     unit : float
-        Unit of time of ``chosen`` [s].
+        Unit of time in which the constants of ``chosen`` are given [s].
     limit : float
-        Largest magnitude of a reading.
+        Largest magnitude of a valid reading [m or m/s^2].
     """
 
     __slots__ = (
@@ -65,16 +65,30 @@ class SensorMonitor:
         """Averaged agreement of the axes on the net unbalance: 1 equal, 0 perpendicular, -1
         opposite."""
         self.doubt = 0.0
-        """Time within which a further contradiction of the axes would be their second [s]."""
+        """Remaining time in which another contradiction of the axes causes an abort [s]."""
         self.slip = 0.0
-        """Share of samples whose angle contradicts the speed."""
+        """Fraction of recent samples whose angle contradicts the speed."""
 
     def readings(
         self, readings: tuple[float, float], dt: float, turning: bool, first: bool
     ) -> Reason:
-        """Check a sample, ``dt`` after the last.
+        """Check the readings of a sample.
 
-        ``first``: there is no earlier one to compare with.
+        Parameters
+        ----------
+        readings : tuple of float
+            Readings along both axes [m or m/s^2].
+        dt : float
+            Time since the last sample [s].
+        turning : bool
+            Whether the spindle is fast enough for checks of the signal's shape.
+        first : bool
+            Whether there is no earlier sample to compare with.
+
+        Returns
+        -------
+        Reason
+            Reason for an abort; ``NONE`` if there is none.
         """
         for i in range(self._axes):
             reading = readings[i]
@@ -118,10 +132,10 @@ class SensorMonitor:
         Returns
         -------
         bool
-            Whether they contradict each other for the first time. One filter may have followed a
-            net unbalance wrongly that turned faster than it estimates, so both should restart.
+            Whether they contradict each other for the first time; then both filters should restart.
+            One of them may have failed to follow a net unbalance that turned fast.
         Reason
-            Reason of an abort, if they contradict each other again after a restart.
+            Reason for an abort if they contradict each other again after a restart, else ``NONE``.
         """
         time = chosen.AXES_AVERAGE * self._unit
         self.agreement += (likeness - self.agreement) * (dt / (dt + time))
@@ -139,7 +153,7 @@ class SensorMonitor:
         return [*state, *self.stuck, self.agreement, self.slip, self.doubt]
 
     def restore(self, numbers: list[float]) -> None:
-        """Continue from a state of ``numbers``."""
+        """Restore a state that ``numbers`` returned."""
         self._last, self._peak, self._run = numbers[0:2], numbers[2:4], numbers[4:6]
         self._mean, self._origin, self._swing = numbers[6:8], numbers[8:10], numbers[10:12]
         self.stuck, (self.agreement, self.slip, self.doubt) = numbers[12:14], numbers[14:]

@@ -24,7 +24,7 @@ class SensorFacts(NamedTuple):
 
 
 class StartUpSettings(NamedTuple):
-    """The drive's limits, its sensor, and the limits for giving up."""
+    """Settings of the start-up: limits and sensor of the drive, and limits for giving up."""
 
     final_speed: float
     """Final speed, above the critical speed [rad/s]."""
@@ -45,7 +45,7 @@ class StartUpSettings(NamedTuple):
 
 
 def checked(settings: StartUpSettings) -> StartUpSettings:
-    """Return the settings, if they are valid.
+    """Return settings if they are valid.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A start-up without a given profile: sensor and spindle in, speed commands out."""
+"""Controller of the adaptive start-up: reads sensor and spindle, and commands the speed."""
 
 import math
 
@@ -15,7 +15,7 @@ LAGS = (0.0, 1.0, -1.0, 2.0)
 
 
 class StartUp:
-    """Start-up of an unknown drive so that its balls balance it.
+    """Controller that starts an unknown drive such that its balls balance it.
 
     Slightly above the critical speed the whirl is large and drives the balls to the balanced
     position. The controller *dwells* there while the net unbalance q of rotor and balls falls. The
@@ -24,8 +24,8 @@ class StartUp:
     that no free whirl is excited. There q is judged; if it is still large and no longer falls, the
     controller returns for another dwell.
 
-    It has no clock, allocates nothing that grows, and is deterministic: the same calls give the
-    same commands to the bit. ``examples/firmware_prototype/c/adaptive.c`` is the same in C.
+    The controller reads no clock, has constant memory, and is deterministic: the same calls give
+    the same commands to the bit. ``examples/firmware_prototype/c/adaptive.c`` is its C version.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class StartUp:
         -------
         float
             Speed to command now [rad/s]. It changes by at most the acceleration times the period,
-            except for a drive that was reset and stands still: then it is 0 at once.
+            except for a drive that was reset and stands still: then it is 0 immediately.
         """
         settings = self.settings
         passed = time - self._time
@@ -173,7 +173,7 @@ class StartUp:
 
     @property
     def reason(self) -> str:
-        """Reason of an abort; empty if there was none."""
+        """Reason for an abort; empty if there was none."""
         if self._reason is Reason.ASKED and self._asked:
             return self._asked
         return TEXTS.get(self._reason, "")
@@ -184,7 +184,7 @@ class StartUp:
         return words_of(self.state, self.reason, self.settings, self.estimates, self.observer)
 
     def state_numbers(self) -> tuple[float, ...]:
-        """Return the complete state, for ``restore``; in C the same numbers in this order."""
+        """Return the complete state, for ``restore``; the C version has the same numbers."""
         state = [float(self.state), float(self._reason), float(self.decision.number)]
         state += [
             self._command,
@@ -248,7 +248,7 @@ class StartUp:
                 self._enter(State.DWELL)
 
     def _dwell(self, passed: float) -> None:
-        """Let the whirl drive the balls: closer as q gets smaller, away if q rises."""
+        """Dwell, so that the whirl drives the balls: closer as q falls, farther if q rises."""
         seen, unit = self.observer, self._unit
         rate, passed = seen.rate, passed / unit
         if rate > chosen.RISING:
@@ -318,15 +318,15 @@ class StartUp:
         self._before = net
         self._enter(State.RETRY)
 
-    # --- helpers of these actions
+    # --- helpers of the actions
 
     def _net(self, size: float) -> float:
-        """Return a net unbalance relative to the scale; 1 without a scale."""
+        """Return a net unbalance [m] relative to the scale; 1 before there is a scale."""
         scale = self.observer.scale
         return size / scale if scale > 0.0 else 1.0
 
     def _patience(self) -> float:
-        """Return the longest allowed stagnation."""
+        """Return the longest allowed stagnation, in units of time."""
         return chosen.STAGNANT + chosen.STAGNANT_PER_NET * self._net(self.observer.fast)
 
     def _goal(self) -> float:
@@ -355,8 +355,8 @@ class StartUp:
     def _ramp(self, goal: float, slope: float) -> bool:
         """Move the command one step towards a speed; return whether it is reached.
 
-        The command does not run away from a slower spindle, nor follow a reported speed backwards
-        or beyond the final speed.
+        The command leads or lags the spindle by a limited amount only, and stays between 0 and the
+        final speed.
         """
         settings = self.settings
         change = slope * settings.period
@@ -369,7 +369,7 @@ class StartUp:
         return self._command == goal
 
     def _stands_off(self, passed: float) -> bool:
-        """Return whether the spindle has been off the command for long without approaching it."""
+        """Return whether the spindle has not approached the command for too long."""
         speed, final = self.observer.speed, self.settings.final_speed
         off, moved = self._command - speed, speed - self._distance
         nearer = (moved if off > 0.0 else -moved) > 0.02 * final

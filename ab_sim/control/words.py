@@ -1,4 +1,4 @@
-"""State of the adaptive start-up in plain words."""
+"""Texts on the state of the adaptive start-up."""
 
 from ab_sim.control.estimates import Estimates, State
 from ab_sim.control.observer import Observer

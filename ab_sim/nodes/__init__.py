@@ -11,7 +11,7 @@ NEEDS_ROS = (
 )
 
 if sys.argv[0] == "-m":
-    # `python -m` is about to start a node, whose imports take seconds.
+    # `python -m` starts a node. Its imports take seconds, in which a signal would be lost.
     interruption.watch()
     interruption.accept_signals()
     if importlib.util.find_spec("rclpy") is None:

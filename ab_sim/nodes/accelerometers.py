@@ -20,7 +20,7 @@ from ab_sim.scene.sensors import steps_per_sample
 
 
 class _Stream(NamedTuple):
-    """The samples of one sensor."""
+    """Publisher of one sensor, and the conversion of its samples."""
 
     publisher: Publisher[Any]
     message: Prefilled
@@ -46,7 +46,7 @@ class _Stream(NamedTuple):
 
 
 class Accelerometers:
-    """Publishes every sample of a scene's accelerometers and probes; without any, nothing.
+    """Publishes every sample of a scene's accelerometers and probes.
 
     Args:
         node: publishing node; its namespace is part of the frames' names.
@@ -58,7 +58,7 @@ class Accelerometers:
         self._streams: list[_Stream] = []
 
     def begin(self, scene: Scene) -> None:
-        """Publish the sensors of this scene from now on, and warn of sensors that alias."""
+        """Publish this scene's sensors from now on, and warn of sensors that may alias."""
         step, axes = scene.solver.step, 2 if scene.deck is None else 3
         namespace, nothing = self._node.get_namespace(), (0.0, 0.0, 0.0)
         prefilled: dict[str, tuple[Topic, Prefilled]] = {}

@@ -1,4 +1,4 @@
-"""An adaptive start-up in progress (``ab_sim.control``): the same code as offline; no ROS."""
+"""Execution of an adaptive start-up by ``ab_sim.control``, as in offline runs; no ROS."""
 
 import math
 from collections.abc import Mapping
@@ -17,11 +17,11 @@ SPINDLE_SILENT = f"{topics.JOINT_STATES.name} is silent, the vibration sensor is
 
 
 class AdaptiveExecution:
-    """An adaptive start-up in progress.
+    """Adaptive start-up in progress; its public methods are those of ``ProfileExecution``.
 
     Args:
-        settings: settings of its controller.
-        first: initial speed [rad/s].
+        settings: settings of the start-up's controller.
+        first: initial speed of the spindle [rad/s].
     """
 
     def __init__(self, settings: StartUpSettings, first: float) -> None:
@@ -44,7 +44,7 @@ class AdaptiveExecution:
 
     @property
     def reached(self) -> bool:
-        """True if the start-up has reached its aim; see ``ProfileExecution``."""
+        """True if the start-up ended at the running speed; see ``ProfileExecution``."""
         return self._start_up.state is State.DONE
 
     @property
@@ -52,18 +52,18 @@ class AdaptiveExecution:
         """Reason for an abort; see ``ProfileExecution``."""
         if self._start_up.state not in (State.ABORTING, State.ABORTED):
             return ""
-        # In both cases the controller gets no samples: a reading without an angle is not passed on.
+        # Without spindle samples, readings are not passed on: the controller sees a silent sensor.
         silent = self._start_up.reason == TEXTS[Reason.SILENT] and self._samples.spindle_is_silent
         return f"{self.words}; {SPINDLE_SILENT}" if silent else self.words
 
     @property
     def why(self) -> str:
-        """Problem so far; see ``ProfileExecution``."""
+        """Problem that does not abort the start-up; see ``ProfileExecution``."""
         return self.words if self._start_up.state is State.GAVE_UP else ""
 
     @property
     def values(self) -> Mapping[str, str]:
-        """Numbers for the diagnostics; see ``ProfileExecution``."""
+        """Values for the diagnostics, by name; see ``ProfileExecution``."""
         estimates = self._start_up.estimates
         numbers = {
             "critical speed [rad/s]": estimates.critical_speed,
@@ -81,7 +81,7 @@ class AdaptiveExecution:
 
     @property
     def estimates(self) -> DriveEstimates:
-        """Estimates; see ``ProfileExecution``."""
+        """Estimates of the drive's properties; see ``ProfileExecution``."""
         estimates = self._start_up.estimates
         return DriveEstimates(
             estimates.critical_speed,
@@ -91,7 +91,7 @@ class AdaptiveExecution:
         )
 
     def begin(self, now: float) -> None:
-        """Do nothing: the clock is that of the samples. See ``ProfileExecution``."""
+        """Do nothing: time is that of the samples; see ``ProfileExecution``."""
 
     def spindle(self, sample: SpindleSample) -> None:
         """Process a sample of the spindle."""
@@ -102,15 +102,15 @@ class AdaptiveExecution:
         self._samples.reading(reading)
 
     def command(self, now: float) -> float | None:
-        """Return the speed to command; None before the first sample. See ``ProfileExecution``."""
+        """Return the speed to command [rad/s]; None before the first sample."""
         speed = self._start_up.command(now)
-        # A decision is reported once, while the estimates keep changing.
+        # The text of a decision is kept: its estimates change later, and would be reported again.
         if self._start_up.decision.number != self._said:
             self._said, self._text = self._start_up.decision
         return None if self._start_up.state is State.WAITING else speed
 
     def state(self) -> dict[str, Any]:
-        """Return the state; see ``ProfileExecution``."""
+        """Return the state of the execution; see ``ProfileExecution``."""
         return {
             "numbers": self._start_up.state_numbers(),
             "samples": self._samples.state(),

@@ -14,9 +14,9 @@ from ab_sim.nodes import discovery
 from ab_sim.nodes.participants import stuck_ports, unheard_users
 
 SECURITY = "ROS_SECURITY_ENABLE"
-"""ROS's variable for SROS 2."""
+"""Environment variable that turns on ROS's security (SROS 2)."""
 MOST_DOMAIN = 232
-"""Largest domain whose ports exist (DDSI-RTPS, 9.6.2)."""
+"""Largest domain id whose UDP port numbers exist (DDSI-RTPS, 9.6.2)."""
 UNREADABLE = re.compile(r"params file: '--params-file (.+)'\. Error: (.+?)\s*, at /", re.DOTALL)
 """Part of rcl's error that names a parameter file and what is wrong with it."""
 
@@ -31,13 +31,13 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
         arguments: program and arguments; default: those of the process.
 
     Raises:
-        InputError: ROS would ignore an argument, or does not understand it; the domain is none, or
-            ROS cannot write its log.
+        InputError: ROS would ignore an argument, or does not understand it; the domain is invalid,
+            or ROS cannot write its log.
     """
     argument_list = sys.argv if arguments is None else arguments
     if stray := _outside_ros_args(argument_list[1:]):
         raise InputError(
-            f"argument {stray[0]!r}: is not known; parameters come after --ros-args, each after "
+            f"argument {stray[0]!r}: is unknown; parameters come after --ros-args, each after "
             f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
         )
     _check_domain()

@@ -16,15 +16,15 @@ from ab_sim.record.bags.contract import offered_qos
 
 
 class BagRecorder:
-    """Receives messages in a node's callbacks, and writes them on request from another thread.
+    """Records messages: receives them in a node's callbacks, and writes them from another thread.
 
     Messages are stored as received bytes, each with its reception time on the system clock. If the
     disk is slow, the oldest messages are dropped, as in `Inbox`.
 
     Args:
-        node: subscribes in its namespace.
-        path: the bag's folder; if it exists, ``-2`` and so on is added to its name.
-        length: messages of each topic kept while the disk is slow.
+        node: subscriber; the topics are those of its namespace.
+        path: folder of the bag; if it exists, ``-2`` and so on is added to its name.
+        length: number of messages of each topic that are kept while the disk is slow.
 
     Raises:
         RecordingError: the bag cannot be written; the methods raise it, too.
@@ -51,7 +51,7 @@ class BagRecorder:
         self.bag.flush()
 
     def close(self) -> None:
-        """Write the rest and complete the bag."""
+        """Complete the bag, after the last ``write``."""
         self.bag.close()
 
     def values(self) -> dict[str, Any]:

@@ -29,7 +29,7 @@ DISCOVERY = 1.0
 GLANCE = 0.05
 """Time between two checks for a pause or a stop [s]."""
 LAST_WORDS = 5.0
-"""Time for subscribers to acknowledge the last messages [s]."""
+"""Longest time for subscribers to acknowledge the last messages [s]."""
 
 Progress = Callable[[int, int], None]
 """Callback that receives the finished and the total seconds of the bag."""
@@ -39,15 +39,15 @@ class BagReplay(BaseNode):
     """Publishes a bag's messages unchanged, each topic with its recorded quality of service.
 
     A message is published when the elapsed time equals its time on the bag's clock, divided by the
-    rate. A late message is published at once; none is left out. The drive description comes first,
-    when the subscribers have been discovered.
+    rate. A late message is published immediately, so that none is missing. The drive description is
+    published first, after the discovery of subscribers.
 
     Args:
-        bag: the open bag.
+        bag: open bag.
         namespace: namespace of the drive to replay, with the topics outside of namespaces; None:
             all topics.
         rate: playback speed factor.
-        paused: wait for ``~/pause`` with false.
+        paused: whether to wait until ``~/pause`` is called with false.
 
     Raises:
         InputError: a type of the bag is not installed, or the bag lacks the namespace.
@@ -74,12 +74,16 @@ class BagReplay(BaseNode):
         self.offer_switch(PAUSE, self.pause)
 
     def pause(self, pause: bool) -> Answer:
-        """Pause or resume."""
+        """Pause or resume the replay."""
         self._paused = pause
         return True, "paused" if pause else "running"
 
     def run(self, stopping: threading.Event, progress: Progress) -> int:
         """Publish all messages, wait until they have arrived, and return their number.
+
+        Args:
+            stopping: set when the process is to exit.
+            progress: progress callback.
 
         Raises:
             Interrupted: a stop was requested.
@@ -92,7 +96,7 @@ class BagReplay(BaseNode):
         begin, end = self._bag.span
         count, start, last_update = len(published), time.monotonic(), -1
         for topic, stamp, data in self._bag.messages(self._topics):
-            # It was published first already.
+            # A description that was published before all others is not repeated.
             if published.pop(topic, None) == data:
                 continue
             due = (stamp - begin) * 1e-9 / self._rate
@@ -109,7 +113,7 @@ class BagReplay(BaseNode):
         return count
 
     def _wait(self, stopping: threading.Event, until: float) -> float:
-        """Wait until a time and return the duration of pauses meanwhile [s]."""
+        """Wait until a time on the steady clock [s], and return the duration of pauses [s]."""
         paused = 0.0
         while True:
             if stopping.is_set():
@@ -137,8 +141,8 @@ class BagReplay(BaseNode):
         for name in self._topics:
             if name.endswith("/clock") and self.count_publishers(name) > 1:
                 raise InputError(
-                    f"somebody else publishes {name}: end that simulator, or replay on a domain of "
-                    "its own, e.g. ROS_DOMAIN_ID=17 ab-sim replay ..."
+                    f"another node publishes {name}: end that simulator, or replay on another "
+                    "domain, e.g. ROS_DOMAIN_ID=17 ab-sim replay ..."
                 )
 
 
@@ -149,7 +153,15 @@ def replay(
     paused: bool,
     bar: Callable[[], AbstractContextManager[Progress]],
 ) -> None:
-    """Replay a bag and exit the process; see `BagReplay`. The progress bar is closed before."""
+    """Replay a bag, close the progress bar, and exit the process.
+
+    Args:
+        path: folder or file of the bag.
+        namespace: see `BagReplay`.
+        rate: playback speed factor.
+        paused: see `BagReplay`.
+        bar: returns the context manager of a progress bar.
+    """
     with Bag(path) as bag:
         run_node(
             lambda: BagReplay(bag, namespace, rate, paused),
@@ -164,7 +176,7 @@ def _run(
     bar: Callable[[], AbstractContextManager[Progress]],
 ) -> None:
     for name, why in node.left_out.items():
-        node.get_logger().warning(f"{name} is left out: {why}")
+        node.get_logger().warning(f"{name} is not published: {why}")
     with bar() as progress:
         count = node.run(stopping, progress)
     node.get_logger().info(f"published {count} messages")

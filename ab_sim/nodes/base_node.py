@@ -16,26 +16,26 @@ from ab_sim.base.quoting import visible
 
 
 class BaseNode(Node):
-    """Node with a log that cannot act on a terminal, and services that refuse by an AbSimError.
+    """Node whose log has no control characters, and whose services turn an AbSimError to a refusal.
 
-    List it before ``LifecycleNode``.
+    As a base class, it must come before ``LifecycleNode``.
     """
 
     def get_logger(self) -> RcutilsLogger:
-        """Return Node's logger, with sanitised messages."""
+        """Return the node's logger, which makes control characters in messages visible."""
         return _Logger(super().get_logger().name)
 
     def offer(self, service: str, act: Callable[[], Answer]) -> Service[Any, Any]:
-        """Advertise a Trigger service; an AbSimError of ``act`` is its refusal."""
+        """Advertise a Trigger service that calls ``act``; an AbSimError becomes its refusal."""
         return serve_trigger(self, service, _answered(act))
 
     def offer_switch(self, service: str, act: Callable[[bool], Answer]) -> None:
-        """Advertise a SetBool service in the same way."""
+        """Advertise a SetBool service that calls ``act``; an AbSimError becomes its refusal."""
         serve_switch(self, service, _answered(act))
 
 
 def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
-    """Convert an AbSimError to a refusing answer, so that it does not end the node."""
+    """Return ``act`` with AbSimErrors turned to refusals, so that they do not end the node."""
 
     @functools.wraps(act)
     def answer(*values: bool) -> Answer:
@@ -48,7 +48,7 @@ def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
 
 
 class _Logger(RcutilsLogger):
-    """Logger with a call per severity: rclpy allows each calling line one severity only."""
+    """Logger with one call per severity: rclpy allows each calling line one severity only."""
 
     def info(self, message: str, **filters: Any) -> bool:
         return super().info(visible(message), **filters)

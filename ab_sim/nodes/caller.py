@@ -25,12 +25,13 @@ from ab_sim.nodes.leaving import completes
 from ab_sim.nodes.participants import participants_here
 
 ACQUAINTED = 0.5
-"""Time for mutual discovery [s]. A server that we have discovered may not have discovered us. If it
-does not within 0.1 s of a request, as on a busy machine, Fast DDS drops the answer."""
+"""Time for mutual discovery [s]. A server that this node has discovered may not have discovered
+this node. If it does not within 0.1 s of a request, as on a busy machine, Fast DDS drops the
+answer."""
 ANSWER = 10.0
-"""Time for an answer that takes no work [s]."""
+"""Longest time for the answer of a service that does no long work [s]."""
 GLANCE = 0.05
-"""Time to wait for a message [s]."""
+"""Longest wait for the next message [s]."""
 PARAMETERS = {
     "list_parameters": ListParameters,
     "get_parameters": GetParameters,
@@ -42,7 +43,7 @@ class Caller:
     """Service client with its own node; a context manager in which Ctrl-C raises Interrupted.
 
     Args:
-        timeout: time to wait for a node's discovery [s].
+        timeout: longest time to wait for the discovery of a node [s].
     """
 
     def __init__(self, timeout: float) -> None:
@@ -53,8 +54,8 @@ class Caller:
     def __enter__(self) -> Caller:
         self._stopping = self._context.enter_context(interruption.in_order())
         init_ros(["ab-sim"])
-        # By ROS's convention, names with a leading underscore are hidden; the process id allows
-        # several callers.
+        # ROS tools hide names with a leading underscore. With the process id, the names of several
+        # callers differ.
         self._node = rclpy.create_node(
             f"_ab_sim_{os.getpid()}", enable_rosout=False, start_parameter_services=False
         )
@@ -83,12 +84,12 @@ class Caller:
         Args:
             node: full name of the node.
             services: types of the services to call, by name.
-            urgent: do not wait for mutual discovery, so that requests have to be repeated; if
-                several nodes offer a service, all are called.
+            urgent: whether to omit mutual discovery. Requests must then be repeated, and all nodes
+                that offer the service are called.
 
         Raises:
-            InputError: a service is not offered in time, or by several nodes; the message lists
-                what is available.
+            InputError: no node offers a service in time, or several do; the message lists the
+                available nodes and services.
         """
         for name, kind in services.items():
             self._clients[name] = self._node.create_client(kind, f"{node}/{name}")
@@ -106,16 +107,16 @@ class Caller:
                 )
 
     def call(self, service: str, request: Any, timeout: float = ANSWER, again: float = 0.0) -> Any:
-        """Call a service that ``wait_for_services`` has found, and return its answer.
+        """Call a service, after ``wait_for_services``, and return its answer.
 
         Args:
             service: name of the service.
             request: request message.
-            timeout: time to wait for the answer [s].
+            timeout: longest time to wait for the answer [s].
             again: time after which the request is repeated [s]; 0: never.
 
         Raises:
-            AbSimError: there is no answer in time.
+            AbSimError: there was no answer within ``timeout``.
         """
         client, end = self._clients[service], time.monotonic() + timeout
         while True:
@@ -130,10 +131,10 @@ class Caller:
                 )
 
     def parameters(self, names: Sequence[str] = ()) -> dict[str, Any]:
-        """Return the values of a node's parameters; all of them if no names are given.
+        """Return the values of a node's parameters by name; without names, those of all.
 
         Raises:
-            InputError: the node lacks such a parameter; the message names the nearest.
+            InputError: the node has no parameter of a name; the message has the nearest name.
         """
         all_names = sorted(self.call("list_parameters", ListParameters.Request()).result.names)
         for name in names:
@@ -149,10 +150,10 @@ class Caller:
         return {name: _plain(parameter_value_to_python(value)) for name, value in pairs}
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Set parameters of the node, all or none.
+        """Set parameters of the node; if one is refused, none is set.
 
         Raises:
-            InputError: the node lacks a parameter, or a value has no parameter type.
+            InputError: the node has no such parameter, or a value is of no parameter type.
             Refused: the node rejects the values; the message states the reason.
         """
         self.parameters([*values])
@@ -173,7 +174,7 @@ class Caller:
             if name.startswith("_"):
                 continue
             whole = f"{namespace.rstrip('/')}/{name}"
-            # The node may have left meanwhile.
+            # The node may have exited since it was listed.
             with contextlib.suppress(Exception):
                 offers = self._node.get_service_names_and_types_by_node(name, namespace)
                 mine = [service.removeprefix(f"{whole}/") for service, _ in offers]
@@ -181,10 +182,10 @@ class Caller:
         return nodes
 
     def collect_health(self) -> dict[str, Health]:
-        """Return the diagnostics of the nodes by full name.
+        """Collect the newest diagnostics of all nodes, by full name.
 
-        Collection ends when all nodes on this machine are discovered and all their diagnostics
-        received. If that cannot be known, it ends after the time-out for a node.
+        Collection ends when all nodes on this machine have been discovered, and the diagnostics of
+        each have arrived. If the number of nodes is unknown, it ends after the time-out.
         """
         received: dict[str, Health] = {}
 
@@ -200,7 +201,7 @@ class Caller:
             )
 
         end = time.monotonic() + self._timeout
-        # Other participants are there: their topics are discovered after they are.
+        # Besides this process, there are other participants; their topics are discovered later.
         if participants_here() != 1:
             self._until(all_received, self._timeout)
             self._until(lambda: False, ACQUAINTED)
@@ -208,7 +209,7 @@ class Caller:
         return received
 
     def _all_discovered(self) -> bool:
-        """Return whether as many nodes were discovered as there are DDS participants here."""
+        """Return whether there are as many discovered nodes as DDS participants on this machine."""
         there = participants_here()
         return there is not None and len(self._node.get_node_names()) >= there
 
@@ -219,22 +220,22 @@ class Caller:
 
     @property
     def no_nodes_text(self) -> str:
-        """Text for the case that no node was found."""
+        """Message for the case that no node was found."""
         domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(DISCOVERY_RANGE, "")
         return f"there is no node at all on ROS_DOMAIN_ID {domain}, {DISCOVERY_RANGE} {reach}"
 
     def _not_offered_text(self, node: str, service: str) -> str:
         nodes = self.nodes()
-        text = f"nobody offers {node}/{service} (waited {self._timeout:g} s); "
+        text = f"no node offers {node}/{service} (waited {self._timeout:g} s); "
         if not nodes:
             return text + f"{self.no_nodes_text}: is it running?"
         if node in nodes:
-            return text + f"{node} is there, and offers " + ", ".join(_own(nodes[node]))
+            return text + f"{node} is running, and offers " + ", ".join(_specific(nodes[node]))
         asked = service in PARAMETERS
         able = [name for name, offers in nodes.items() if service in offers and not asked]
         if able:
-            return text + f"{', '.join(able)} would: --namespace and --node say whom you mean"
-        return text + f"found {', '.join(nodes)}; --namespace and --node say whom you mean"
+            return text + f"{', '.join(able)} offers it: choose with --namespace and --node"
+        return text + f"found {', '.join(nodes)}; choose one with --namespace and --node"
 
     def _until(self, condition: Callable[[], Any], seconds: float) -> bool:
         end = time.monotonic() + seconds
@@ -243,13 +244,14 @@ class Caller:
                 raise Interrupted("interrupted")
             if time.monotonic() >= end:
                 return False
-            # with another time-out rclpy would begin again with the first subscription
+            # If the time-out changed, rclpy would begin again with the first subscription, and on a
+            # busy machine never read the others.
             self._executor.spin_once(timeout_sec=GLANCE)
         return True
 
 
-def _own(services: Iterable[str]) -> list[str]:
-    """Return the services without those that every node has for its parameters."""
+def _specific(services: Iterable[str]) -> list[str]:
+    """Return the services except those that every ROS node has."""
     common = ("parameter", "type_description")
     return [name for name in services if not any(word in name for word in common)] or ["nothing"]
 

@@ -1,4 +1,4 @@
-"""Choice of the execution for a requested profile, and of its inputs."""
+"""Check of a requested profile, and choice of its execution and of the topics that it needs."""
 
 import json
 from collections.abc import Mapping
@@ -19,16 +19,16 @@ PERIODS_AGREE = 1e-9
 
 
 class CheckedProfile:
-    """A requested and checked profile before its start.
+    """Requested and checked profile before its start.
 
     Args:
-        asked: the profile.
-        source: text of the parameter that names it.
-        changes: changes to it, each ``key=value``.
+        asked: requested profile.
+        source: value of the parameter that names the profile.
+        changes: changes to the profile, each ``key=value``.
         period: time between two commands [s].
 
     Raises:
-        InputError: the profile cannot be run with that period.
+        InputError: the profile requires another period.
     """
 
     def __init__(
@@ -57,14 +57,14 @@ class CheckedProfile:
 
     @property
     def schedule(self) -> SpeedSchedule | None:
-        """Speed over time; None if measurements decide it."""
+        """Speed over time; None if it depends on measurements."""
         if isinstance(self._asked.profile, AdaptiveProfile) or waits_for_vibration(self._asked):
             return None
         return SpeedSchedule.asked(self._asked.profile, self._asked.first)
 
     @property
     def inputs(self) -> ProfileInputs:
-        """Topics that the profile needs."""
+        """Input topics that the profile needs."""
         profile, scene = self._asked.profile, self._asked.scene
         if isinstance(profile, AdaptiveProfile):
             name = profile.sensor
@@ -77,7 +77,7 @@ class CheckedProfile:
 
     @property
     def made_of(self) -> dict[str, Any]:
-        """Everything that defines the profile, as JSON-able values, to match it with a snapshot."""
+        """Definition of the profile, as JSON-able values, to compare it with that of a snapshot."""
         asked = self._asked
         definition: Mapping[str, Any] = {
             "profile": asked.profile.model_dump(mode="json"),
@@ -87,10 +87,10 @@ class CheckedProfile:
         return dict(json.loads(json.dumps(definition)))
 
     def execution(self, silence: float) -> ProfileExecution:
-        """Return the execution, ready to begin.
+        """Return the execution of the profile, ready to begin.
 
         Args:
-            silence: time for which the vibration may be missing while a condition needs it [s].
+            silence: longest time without vibration messages while a condition needs them [s].
         """
         if self._settings is not None:
             return AdaptiveExecution(self._settings, self._asked.first)
@@ -100,6 +100,6 @@ class CheckedProfile:
 def _settings(asked: RequestedProfile, profile: AdaptiveProfile) -> StartUpSettings:
     if asked.scene is not None:
         return settings_of(asked.scene)
-    # A profile alone does not describe the sensor. Its noise is then estimated, and the angle of
-    # its axes only turns the estimate of the unbalance.
+    # A profile without a scene does not describe the sensor. The noise is then estimated. Unknown
+    # angles of the sensor's axes only turn the estimated unbalance.
     return profile.settings(SensorFacts("acceleration", 2))

@@ -1,11 +1,11 @@
-"""The path of commands to the spindle: limits, simulated bus, watchdog, emergency stop; no ROS.
+"""Path of commands to the spindle: limits, simulated bus, watchdog, emergency stop; no ROS.
 
-A command is a target speed, or a trajectory: speeds over time. It is checked against the limits in
-force and delayed by the bus; then the drive follows it, unless an emergency stop is in force. The
-last one to leave the bus leads, of either kind. If no command leaves the bus for too long, the
-watchdog sets the target; a trajectory counts as a command until its last point. Time is counted in
-whole integration steps, so that the same commands at the same steps give the same bits, however the
-steps are grouped.
+A command is a target speed, or a trajectory: speeds over time. It is checked against the present
+limits and delayed by the bus; then the drive follows it, unless there is an emergency stop. The
+newest command that has left the bus counts, of either kind. If no command leaves the bus for too
+long, the watchdog sets the target; a trajectory counts as a command until its last point. Time is
+counted in whole integration steps, so that the same commands at the same steps give the same bits,
+however the steps are grouped.
 """
 
 import enum
@@ -40,17 +40,18 @@ class WatchdogAction(enum.Enum):
 
 
 class Rules(NamedTuple):
-    """Limits, watchdog and bus; they can be changed at any time."""
+    """Settings of limits, watchdog and bus; they can be changed at any time."""
 
     max_speed: float = math.inf
-    """Largest speed [rad/s]; the scene's own limit holds as well."""
+    """Largest speed [rad/s]; the scene's limit also applies."""
     max_acceleration: float = math.inf
-    """Largest acceleration [rad/s^2]; the scene's own limit holds as well."""
+    """Largest acceleration [rad/s^2]; the scene's limit also applies."""
     age_limit: float = math.inf
     """Age of the last command at which the watchdog acts [s], simulated time."""
     silence: WatchdogAction = WatchdogAction.HOLD
+    """Action of the watchdog."""
     coast: float = math.inf
-    """Deceleration of an idle spindle [rad/s^2]; the scene's own limit holds as well."""
+    """Deceleration of an idle spindle [rad/s^2]; the scene's limit also applies."""
     delay: float = 0.0
     """Delay of every command on the bus [s], simulated time."""
     jitter: float = 0.0
@@ -75,7 +76,7 @@ class TrajectoryOrder(NamedTuple):
 
 
 class CommandOnBus(NamedTuple):
-    """A command on the bus."""
+    """Command that is on the bus."""
 
     due: int
     """Step at which it leaves the bus."""
@@ -86,21 +87,21 @@ class CommandOnBus(NamedTuple):
 
 
 class TrajectoryAnswer(NamedTuple):
-    """Answer to a trajectory that was received, or that cannot be followed any further."""
+    """Answer to a trajectory that was received, or that cannot be followed any longer."""
 
     start: int
     """Start of the trajectory [ns], as in the message."""
     refusal: str = ""
-    """Reason why it is not followed; empty if it is."""
+    """Reason why the trajectory is not followed; empty if it is."""
 
 
 class CommandPath:
     """Converts commands to orders for one drive.
 
     Args:
-        scene_limits: limits of the spindle; orders respect them.
+        scene_limits: limits of the spindle, which all orders respect.
         step: integration step [s].
-        rules: can be replaced at any time.
+        rules: settings of limits, watchdog and bus.
         seed: seed of the bus jitter.
     """
 
@@ -109,7 +110,7 @@ class CommandPath:
         self.accepted = self.rejected = self.ignored = self.dropped = self.silences = 0
         self.last_rejected = math.nan
         self.rejected_with_report = 0
-        """Number of rejected commands that are reported one by one, such as trajectories."""
+        """Number of rejected commands that the caller reports one by one, such as trajectories."""
         self.trajectory_news: list[TrajectoryAnswer] = []
         """Answers to trajectories, newest last; the caller clears the list."""
         self.acted: list[int] = []
@@ -124,7 +125,7 @@ class CommandPath:
 
     @property
     def rules(self) -> Rules:
-        """Rules in force."""
+        """Present settings of limits, watchdog and bus."""
         return self._rules
 
     @rules.setter
@@ -141,7 +142,7 @@ class CommandPath:
         return self.accepted + self.rejected + self.ignored
 
     def lead(self, scene_limits: SpeedServo, step: float) -> None:
-        """Serve another drive; like ``reset``, but an emergency stop stays in force."""
+        """Reset the path for another drive; an emergency stop remains in force."""
         stopped = self.stopped
         self._scene_limits, self._step = scene_limits, step
         self._step_ns = round(step * 1e9)
@@ -150,7 +151,7 @@ class CommandPath:
             self.emergency_stop()
 
     def reset(self) -> None:
-        """Drop all commands and end an emergency stop; counts are kept."""
+        """Drop all commands and end an emergency stop; the counts are kept."""
         self._bus: deque[CommandOnBus] = deque()
         self.forgotten = self.received
         self._draw_from(0)
@@ -161,7 +162,7 @@ class CommandPath:
         self._last_order: SpeedOrder | TrajectoryOrder | None = None
 
     def count_from(self, now: int, then: int) -> None:
-        """Renumber the steps: ``now`` becomes ``then``."""
+        """Renumber the steps, so that step ``now`` becomes step ``then``."""
         by = then - now
         self._bus = deque(
             CommandOnBus(command.due + by, self._moved(command.wanted, by), command.stamp)
@@ -173,14 +174,14 @@ class CommandPath:
             self._trajectory = self._moved(self._trajectory, by)
 
     def _moved(self, wanted: Any, by: int) -> Any:
-        """Return a command with its start moved by a number of steps."""
+        """Return a command with its start, if it has one, moved by a number of steps."""
         if not isinstance(wanted, TimedSpeeds) or wanted.start is None:
             return wanted
         return wanted._replace(start=wanted.start + by * self._step_ns)
 
     @property
     def limits(self) -> SpeedServo:
-        """Largest speed and acceleration in force."""
+        """Largest speed [rad/s] and acceleration [rad/s^2] by the scene and the rules."""
         limits, rules = self._scene_limits, self.rules
         return SpeedServo(
             min(limits.max_speed, rules.max_speed),
@@ -188,7 +189,13 @@ class CommandPath:
         )
 
     def receive(self, speed: float, now: int, stamp: int = 0) -> None:
-        """Accept, reject or ignore a command [rad/s] received at a step."""
+        """Accept, reject or ignore a target speed.
+
+        Args:
+            speed: target speed [rad/s].
+            now: step at which it was received.
+            stamp: receive time [ns]; 0: unknown.
+        """
         if not self.limits.accepts(speed):
             self.rejected += 1
             self.last_rejected = speed
@@ -204,7 +211,13 @@ class CommandPath:
             self._bus.append(CommandOnBus(due, float(speed), stamp))
 
     def receive_trajectory(self, wanted: SetPoints, now: int, stamp: int = 0) -> None:
-        """Accept, reject or ignore a trajectory received at a step."""
+        """Accept, reject or ignore a trajectory.
+
+        Args:
+            wanted: trajectory.
+            now: step at which it was received.
+            stamp: receive time [ns]; 0: unknown.
+        """
         try:
             speeds = timed_speeds(wanted, self.limits)
         except CommandError as error:
@@ -219,8 +232,8 @@ class CommandPath:
             late = exact(due * self._step_ns / 1e9)
             self.reject_trajectory(
                 wanted.start,
-                f"{PAST}: header.stamp = {exact(wanted.start / 1e9)} s, and the drive has it at "
-                f"{late} s; send it earlier, or with stamp 0 to begin as soon as it arrives",
+                f"{PAST}: header.stamp = {exact(wanted.start / 1e9)} s, but it acts from {late} s "
+                "on; send it earlier, or with stamp 0 to begin when it arrives",
             )
             return
         self.accepted += 1
@@ -230,17 +243,22 @@ class CommandPath:
         self._bus.append(CommandOnBus(due, speeds, stamp))
 
     def reject_joint_command(self) -> None:
-        """Count a joint command that is not valid; the caller reports it."""
+        """Count an invalid joint command; the caller reports it."""
         self.rejected += 1
         self.rejected_with_report += 1
 
     def renew(self, now: int) -> None:
-        """Count the command that leads as sent again at a step, unless the watchdog has acted."""
+        """Treat the leading command as repeated at a step, unless the watchdog has acted."""
         if self._last is not None and not self.silent:
             self._last = max(self._last, now)
 
     def reject_trajectory(self, start: int, refusal: str) -> None:
-        """Count a trajectory that is not followed; ``start`` as in its message [ns]."""
+        """Reject a trajectory.
+
+        Args:
+            start: start of the trajectory [ns], as in its message.
+            refusal: reason.
+        """
         self.rejected += 1
         self.rejected_with_report += 1
         self.trajectory_news.append(TrajectoryAnswer(start, refusal))
@@ -255,7 +273,7 @@ class CommandPath:
         return max(now + math.ceil(late / self._step - 1e-9), before)
 
     def forget_stamps(self) -> None:
-        """Clear the stamps of commands on the bus: their delays are not measured any more."""
+        """Clear the stamps of commands on the bus, so that their delays are not measured."""
         self._bus = deque(command._replace(stamp=0) for command in self._bus)
 
     def age(self, now: int) -> float | None:
@@ -268,11 +286,11 @@ class CommandPath:
 
     @property
     def trajectory(self) -> TimedSpeeds | None:
-        """Trajectory that leads; its last speed is held after its last point."""
+        """Leading trajectory, or None; after its last point, its last speed is held."""
         return self._trajectory
 
     def follows(self, now: int) -> bool:
-        """Return whether at a step a trajectory leads that has not reached its last point."""
+        """Return whether a trajectory leads, and has not reached its last point at a step."""
         return self._trajectory is not None and self._end_of(self._trajectory) > now
 
     @property
@@ -313,10 +331,10 @@ class CommandPath:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Restore a state from ``state``; an emergency stop stays in force.
+        """Restore a state that ``state`` returned; a present emergency stop remains in force.
 
         Raises:
-            InputError: the state is not valid; nothing has changed.
+            InputError: the state is invalid; nothing has changed.
         """
         try:
             bus = [CommandOnBus(whole(due), _wanted(wanted), 0) for due, wanted in state["bus"]]
@@ -329,7 +347,7 @@ class CommandPath:
             silent, stopped = bool(state["silent"]), bool(state["stopped"])
             last_order = None if state["told"] is None else SpeedOrder(*map(finite, state["told"]))
         except (LookupError, TypeError, ValueError) as error:
-            raise InputError(f"no state of a path of commands: {short(error)}") from error
+            raise InputError(f"not a state of a command path: {short(error)}") from error
         stays = self.stopped
         self.reset()
         self._bus.extend(bus)
@@ -341,11 +359,11 @@ class CommandPath:
             self.emergency_stop()
 
     def order(self, now: int, speed: Callable[[], float]) -> SpeedOrder | TrajectoryOrder | None:
-        """Return the next order for a step; None if there is no further one.
+        """Return the next order for a step; None if there is no other one.
 
         Args:
-            now: the step.
-            speed: returns the spindle's present speed [rad/s].
+            now: present step.
+            speed: function that returns the spindle's present speed [rad/s].
         """
         if self.stop_wanted:
             self.stop_wanted = False
@@ -372,7 +390,7 @@ class CommandPath:
         return self._changed()
 
     def _lead(self, wanted: TimedSpeeds, due: int) -> TrajectoryOrder:
-        """Let a trajectory that has left the bus lead."""
+        """Make a trajectory that left the bus at step ``due`` the leading command."""
         start = due * self._step_ns if wanted.start is None else wanted.start
         self._last, self.silent, self._target = due, False, None
         self._trajectory = wanted._replace(start=start)
@@ -381,9 +399,9 @@ class CommandPath:
         return order
 
     def _held_already(self, speed: float, now: int) -> bool:
-        """Return whether a trajectory has reached its last point and holds this speed [rad/s].
+        """Return whether a trajectory that has reached its last point holds this speed [rad/s].
 
-        The trajectory then stays in force, so that the time of such a command does not matter.
+        Such a command does not replace the trajectory, so that its exact time does not matter.
         """
         trajectory = self._trajectory
         if trajectory is None or trajectory.final_speed != speed:
@@ -391,7 +409,7 @@ class CommandPath:
         return not self.follows(now) and abs(speed) <= self.limits.max_speed
 
     def _leave_beyond_limits(self, now: int, speed: Callable[[], float]) -> None:
-        """Hold the speed if the rest of the trajectory exceeds changed limits."""
+        """Hold the present speed if the rest of the trajectory exceeds the changed limits."""
         trajectory = self._trajectory
         if trajectory is None:
             return
@@ -404,8 +422,8 @@ class CommandPath:
             if most > limit * (1.0 + ROUNDING):
                 self._target, self._trajectory = speed(), None
                 refusal = (
-                    f"left at {exact(now * self._step)} s: it goes up to {exact(most)} {unit}, and "
-                    f"the limit is now {exact(limit)} {unit}; the speed is held"
+                    f"abandoned at {exact(now * self._step)} s: it reaches {exact(most)} {unit}, "
+                    f"and the limit is now {exact(limit)} {unit}; the speed is held"
                 )
                 self.trajectory_news.append(TrajectoryAnswer(trajectory.start, refusal))
                 return
@@ -478,5 +496,5 @@ def _timed(values: Any) -> TimedSpeeds:
     start = None if start is None else whole(start)
     timed = TimedSpeeds.of(start, commands, finite(final_speed), (finite(ahead), finite(first)))
     if min(ahead, *(duration for duration, _ in commands), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
-        raise ValueError("a part of its trajectory lasts less than 0 s, or too long")
+        raise ValueError("a part of its trajectory is shorter than 0 s, or too long")
     return timed

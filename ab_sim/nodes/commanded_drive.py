@@ -1,4 +1,4 @@
-"""A drive that follows the orders of a command path; no ROS."""
+"""Drive that follows the orders of a command path; no ROS."""
 
 from collections.abc import Iterator
 
@@ -17,7 +17,7 @@ class CommandedDrive:
     """Advances a drive, and applies each order and fault at its step.
 
     Args:
-        drive: commanded by this object only.
+        drive: drive; only this object may command it.
         path: source of the orders.
         checks: error checks of the drive; None: no checks.
         faults: faults of the drive.
@@ -37,7 +37,7 @@ class CommandedDrive:
         self.set_checks(checks)
 
     def advance(self, steps: int) -> Iterator[Trajectory]:
-        """Take whole steps and yield their trajectories.
+        """Take integration steps, and yield their trajectories in parts.
 
         Raises:
             DivergedError: see ``Drive.advance``.
@@ -54,21 +54,21 @@ class CommandedDrive:
     def reset(self) -> None:
         """Reset to t = 0 and the scene's start.
 
-        Commands on the bus are dropped, faults are kept.
+        Commands on the bus are dropped. Faults are kept.
         """
         self._stepped.reset()
         self.path.reset()
         self.faults.begin_anew(0)
 
     def reset_time(self) -> None:
-        """Reset to t = 0 in the present state; commands stay in force."""
+        """Set the time to 0 in the present state; commands remain in force."""
         kept = self.drive.snapshot()
         self.path.count_from(self.drive.steps, 0)
         self.faults.count_from(self.drive.steps, 0)
         self.restore(kept._replace(steps=0, profile=kept.profile.moved(-self.drive.time)))
 
     def reset_state(self) -> None:
-        """Reset to the scene's start at the present time; commands on the bus are dropped."""
+        """Reset the state to the scene's start, and keep the time; drop commands on the bus."""
         steps, time = self.drive.steps, self.drive.time
         self.reset()
         self.faults.begin_anew(steps)

@@ -1,4 +1,4 @@
-"""Commands from topics: read at wake-ups, passed to the command path, reported."""
+"""Reader of the command topics, which passes commands to the command path and reports on them."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ from ab_sim.nodes.durations import DurationHistogram
 from ab_sim.nodes.sources import Endpoint, Sources
 
 AT_ONCE = 1000
-"""Largest number of commands read at a wake-up, in about 4 ms; the others wait in the queue."""
+"""Largest number of commands of a topic read at a wake-up, in about 4 ms; others remain queued."""
 PAUSE = 0.1
-"""Time between two reports on trajectories [s]."""
+"""Shortest time between two reports on trajectories [s]."""
 CLOCK_SET = 20_000_000
-"""ns; the system clock was set if it differs by more from the steady clock than it did."""
+"""Change of the difference between system clock and steady clock that shows that the system clock
+was set [ns]."""
 LATELY = 2.0
 """Silence after which a publisher may be dead although its DDS lease has not ended [s]."""
 MOST_REFUSALS = 20
-"""Number of reasons for which joint commands are refused that are logged."""
+"""Largest number of different reasons of refused joint commands that are logged."""
 TOPICS = (topics.COMMAND, topics.TRAJECTORY, topics.JOINT_COMMAND)
 NAMELESS = "_NODE_NAME_UNKNOWN_"
-"""Name that rmw gives the node of a publisher until it has discovered the node."""
+"""Node name that rmw reports for a publisher until its node has been discovered."""
 
 WATCHDOG_TEXTS = {
     WatchdogAction.HOLD: "the speed is held",
@@ -41,20 +42,20 @@ WATCHDOG_TEXTS = {
 
 
 def unused_callback(message: Any) -> None:
-    """Do nothing: the subscription is read at wake-ups, and not by the executor."""
+    """Do nothing; marks a subscription that is read at wake-ups, and not by the executor."""
 
 
 class PendingCommands:
-    """The commands received since the last wake-up: target speeds and trajectories.
+    """Reader of target speeds and trajectories that were received since the last wake-up.
 
     The executor does not serve these subscriptions (``DriveSim.subscriptions``), so that a flood of
     commands neither delays services nor competes with the loop for Python's lock. Commands that are
-    in the queue when a wake-up begins act in that wake-up, up to ``AT_ONCE`` of them. DDS keeps the
-    newest ``topics.COMMAND.qos.depth`` that wait; these are all counted.
+    queued when a wake-up begins act in that wake-up, up to ``AT_ONCE`` of them. DDS keeps the
+    newest ``topics.COMMAND.qos.depth`` queued commands; all of these are counted.
 
     Args:
-        node: the subscriber.
-        path: receives the commands.
+        node: subscriber.
+        path: command path to which the commands are passed.
     """
 
     def __init__(self, node: Node, path: CommandPath) -> None:
@@ -67,19 +68,19 @@ class PendingCommands:
         self._publishers: list[int] = []
         self._sources = Sources()
         self._awake, self._taken = 0, time.monotonic_ns()
-        """Steady time in which the drive's time was not paused [ns]."""
+        """Total time by the steady clock without pauses, and the last reading of the clock [ns]."""
         self._heard: dict[bytes, int] = {}
-        """``_awake`` at the last command of each publisher."""
+        """Value of ``_awake`` at the last command of each publisher."""
         self._renewed = False
-        """True if the last command came from ros2_control, which does not repeat it."""
+        """True if the last command came from ros2_control, which does not repeat commands."""
         self._refusals: set[str] = set()
         """Reasons for which joint commands were refused, each of which is logged once."""
         self._steady = time.monotonic_ns() - time.time_ns()
-        """Steady time less the system's [ns]."""
+        """Steady clock minus system clock [ns]."""
         self._wrong_type: list[str] = []
-        """Warnings of publishers of another type at the last check."""
+        """Warnings of the last check, about publishers of another message type."""
         self._nameless: set[tuple[int, ...]] = set()
-        """Publishers whose node had no name yet."""
+        """Publishers whose node had no name yet at the last check."""
 
     def listen(self) -> None:
         """Subscribe to the topics."""
@@ -98,11 +99,11 @@ class PendingCommands:
         self._nameless.clear()
 
     def take(self, now: int, standing: bool) -> None:
-        """Pass the commands received by a step to the command path, in order of their arrival.
+        """Pass the received commands to the command path, in the order of their arrival.
 
         Args:
             now: present step.
-            standing: whether time is paused: the commands' delays are then not measured.
+            standing: whether time is paused; the delays of commands are then not measured.
         """
         if not self._subscriptions:
             return
@@ -113,8 +114,8 @@ class PendingCommands:
         ]
         if len({topic for topic, *_ in arrivals}) > 1:
             arrivals.sort(key=lambda arrival: arrival[2])
-        # By the steady clock: the system clock may be set in the meantime. If it was set since the
-        # last wake-up, nobody knows when these came.
+        # Delays are measured by the steady clock, because the system clock may be set. If it was
+        # set since the last wake-up, the times of arrival are unknown.
         steady = time.monotonic_ns()
         if not standing:
             self._awake += steady - self._taken
@@ -146,7 +147,7 @@ class PendingCommands:
             reason = shortened(str(error))  # it quotes the message, which may be of any size
             if reason not in self._refusals and len(self._refusals) < MOST_REFUSALS:
                 self._refusals.add(reason)
-                self._node.get_logger().warning(f"{topic.name}, refused: {reason}; said once")
+                self._node.get_logger().warning(f"{topic.name}, refused: {reason}; logged once")
             return
         self._renewed = topic is topics.JOINT_COMMAND
         self._path.receive(speed, now, stamp)
@@ -154,8 +155,8 @@ class PendingCommands:
     def trajectories_answered(self) -> bool:
         """Return whether trajectories were answered since the last call, and log refusals.
 
-        This happens at most ten times a second, so that a flood of bad trajectories does not keep
-        the loop busy.
+        Answers are reported at most ten times a second, so that a flood of invalid trajectories
+        does not keep the loop busy.
         """
         news, now = self._path.trajectory_news, time.monotonic()
         if not news or now - self._answered < PAUSE:
@@ -170,7 +171,7 @@ class PendingCommands:
         return True
 
     def outputs_published(self) -> None:
-        """Record the delays of commands that acted in the outputs just published."""
+        """Record the delays of the commands that acted before the newest outputs."""
         if self._path.acted:
             now = time.monotonic_ns()
             for received in filter(None, self._path.acted):
@@ -186,11 +187,11 @@ class PendingCommands:
         return before != self._publishers
 
     def check_publishers(self) -> None:
-        """Count the nodes that command, and find publishers of another type.
+        """Count the sources of commands, and find publishers of another message type.
 
-        DDS ignores such publishers silently. The graph query is too slow for every wake-up. The
-        name of a publisher's node may be discovered later; without a name, it counts from the
-        second check on.
+        DDS silently ignores publishers of another type. The query of the ROS graph is too slow for
+        every wake-up. A publisher may be discovered before the name of its node; without a name, it
+        is reported from the second check on.
         """
         self._sources = self._count_sources()
         publishers = {
@@ -203,7 +204,7 @@ class PendingCommands:
         self._wrong_type = sorted(
             {
                 f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
-                f"on {self._node.resolve_topic_name(topic.name)} and is not heard: commands are "
+                f"on {self._node.resolve_topic_name(topic.name)} and is ignored: commands are "
                 f"{topic.type_name}"
                 for gid, (topic, info) in publishers.items()
                 if gid not in nameless - self._nameless
@@ -249,12 +250,12 @@ class PendingCommands:
             alive, dead = self._sources
             maybe = f", {dead} possibly dead" if dead else ""
             warnings.append(
-                f"{alive} publishers on {names}{maybe}: the last to speak leads the drive"
+                f"{alive} publishers on {names}{maybe}: the drive follows the newest command"
             )
         return warnings
 
     def values(self, now: int) -> dict[str, str]:
-        """Return values for the diagnostics; counts begin when the scene is configured."""
+        """Return values for the diagnostics at step ``now``; counts begin at the configuration."""
         path, age = self._path, self._path.age(now)
         state = "emergency stop" if path.stopped else "watchdog" if path.silent else "commands"
         if path.trajectory is not None:
@@ -280,8 +281,7 @@ class PendingCommands:
     def rejections(self) -> str:
         """Return a text on the commands rejected since the last call; empty if there are none.
 
-        It is logged once per report, because a log message takes a hundred times as long as a
-        command.
+        There is one text for all, because a log message takes a hundred times as long as a command.
         """
         path = self._path
         rejected = path.rejected - path.rejected_with_report
@@ -293,4 +293,4 @@ class PendingCommands:
         except CommandError as error:
             return f"commands rejected: {count}, the last one: {error}"
         last = exact(path.last_rejected)
-        return f"commands rejected: {count}, the last one: {last} rad/s, beyond the limit then"
+        return f"commands rejected: {count}, the last one: {last} rad/s, above the earlier limit"

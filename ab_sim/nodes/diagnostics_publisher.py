@@ -1,4 +1,4 @@
-"""Diagnostics of a node, with a line in its log at each change of the level."""
+"""Publisher of a node's diagnostics, with a line in the log at each change of the level."""
 
 from collections.abc import Mapping
 
@@ -9,11 +9,11 @@ from ab_sim.nodes.parameters import PARAMETERS, changed_parameters
 
 
 class DiagnosticsPublisher:
-    """Publishes a node's diagnostics; the terminal shows when something begins or ends.
+    """Publishes a node's diagnostics, and logs each change of their level.
 
     Args:
         node: publishing node.
-        task: task of the node.
+        task: task of the node, which is part of the entry's name.
     """
 
     def __init__(self, node: Node, task: Task) -> None:
@@ -30,15 +30,18 @@ class DiagnosticsPublisher:
         hardware: str = "ab_sim",
         logged: bool = False,
     ) -> bool:
-        """Publish the present state, with the node's parameters; return whether it is in the log.
+        """Publish the present state and the node's parameters.
 
         Args:
             level: level of the state.
-            text: the state in words.
-            values: figures with their units.
+            text: description of the state.
+            values: values by name, with units in the names.
             time_ns: simulated time [ns].
             hardware: ``hardware_id`` of the entry.
-            logged: whether the text is in the log already.
+            logged: whether the text has already been logged.
+
+        Returns:
+            True if the text has been logged, now or before.
         """
         name = self._node.get_fully_qualified_name()
         entries = {**values, PARAMETERS: changed_parameters(self._node)}
@@ -56,4 +59,4 @@ class DiagnosticsPublisher:
         elif level is Level.WARN:
             logger.warning(text)
         else:
-            logger.info(f"no warnings any more: {text}")
+            logger.info(f"no more warnings: {text}")

@@ -1,21 +1,22 @@
-"""Discovery of our nodes: limited to this machine, and fast, unless the user has set otherwise."""
+"""Settings of DDS discovery: on this machine only, and fast, unless the user has set others."""
 
 import os
 from importlib.metadata import distributions, version
 from pathlib import Path
 
 DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
-"""ROS's variable for the discovery range, and our value unless the user has set it."""
+"""Environment variable of ROS for the discovery range, and its value if the user has set none."""
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
-"""Fast DDS's variable for its transports; rmw_fastrtps sets its own ones for LOCALHOST."""
+"""Environment variable of Fast DDS for its transports; with LOCALHOST, rmw_fastrtps sets others."""
 PROFILES = {
     2: ("FASTRTPS_DEFAULT_PROFILES_FILE", Path(__file__).with_name("discovery_fast_dds_2.xml")),
     3: ("FASTDDS_DEFAULT_PROFILES_FILE", Path(__file__).with_suffix(".xml")),
 }
 """Environment variable and profile file for each major version of Fast DDS.
 
-The profiles set how Fast DDS announces us to this machine, and how soon it repeats lost messages.
-Fast DDS 2 refuses the file for 3. With 3, rmw_fastrtps warns if the variable of 2 is set.
+The profiles set how often Fast DDS announces this process on this machine, and how soon it repeats
+lost messages. Version 2 refuses the file for version 3. With version 3, rmw_fastrtps warns if the
+variable of version 2 is set.
 """
 
 
@@ -26,7 +27,7 @@ def ends_here() -> bool:
 
 
 def has_udp_only() -> bool:
-    """Return whether the user chose UDP and a range in which ROS uses the choice."""
+    """Return whether the user chose UDP, and a discovery range in which ROS uses this choice."""
     return not ends_here() and os.environ.get(TRANSPORTS, "").startswith("UDP")
 
 
@@ -36,7 +37,7 @@ def unused_transports() -> str:
         return ""
     return (
         f"{TRANSPORTS} = {chosen}: ROS does not use it while {DISCOVERY_RANGE} is {RANGE}, "
-        f"the default here; set {DISCOVERY_RANGE}=SUBNET, too (other hosts are heard then)"
+        f"the default here; set {DISCOVERY_RANGE}=SUBNET, too (then other hosts can send commands)"
     )
 
 
@@ -46,18 +47,18 @@ def fast_dds() -> int:
 
 
 def from_pypi() -> bool:
-    """Return whether Fast DDS is one from PyPI, which lacks SROS 2."""
+    """Return whether Fast DDS was installed from PyPI, and so lacks SROS 2."""
     return any(
         distribution.name in ("ros-fastdds", "ros-fastrtps") for distribution in distributions()
     )
 
 
 def prepare() -> None:
-    """Set the environment for ``rclpy.init``; settings of the user are kept.
+    """Set the environment variables of discovery for ``rclpy.init``; keep settings of the user.
 
-    A drive obeys every publisher that it discovers. Only users who set
-    ``ROS_AUTOMATIC_DISCOVERY_RANGE`` let other hosts in. Frequent announcements are sent to this
-    machine only.
+    A drive obeys every publisher that it discovers, so by default it discovers this machine only;
+    the user can set ``ROS_AUTOMATIC_DISCOVERY_RANGE``. The frequent announcements of the profiles
+    are not used on a network.
     """
     os.environ.setdefault(DISCOVERY_RANGE, RANGE)
     if ends_here() and not any(variable in os.environ for variable, _ in PROFILES.values()):

@@ -1,4 +1,4 @@
-"""The services that control `drive_sim`, with the meaning of ROS's simulation_interfaces."""
+"""Services that control `drive_sim`, with the semantics of ROS's simulation_interfaces."""
 
 import time
 from collections.abc import Callable
@@ -18,9 +18,9 @@ from ab_sim.nodes.session import Session
 from ab_sim.scene import Scene
 
 PATIENCE = 1.0
-"""s that ~/step waits for commands."""
+"""Longest time for which ~/step waits for commands [s]."""
 PROMPTLY = 0.2
-"""s that ~/emergency_stop waits for steps that are under way."""
+"""Longest time for which ~/emergency_stop waits for the end of steps in progress [s]."""
 
 
 class DriveControl:
@@ -32,7 +32,7 @@ class DriveControl:
 
     def __init__(self, node: DriveNode) -> None:
         self._node = node
-        # Served by the main loop, because another service may take long.
+        # Served by the main loop, because the executor may be busy with another service.
         stop = node.offer(services.EMERGENCY_STOP, self.emergency_stop)
         node.by_loop.append(stop)
         node.offer_switch(services.PAUSE, self.pause)
@@ -52,7 +52,7 @@ class DriveControl:
             node.offer(name, act)
 
     def pause(self, pause: bool) -> Answer:
-        """Pause or resume; simulated time is stopped in a pause."""
+        """Pause or resume simulated time."""
         with self._node.active() as session:
             if not pause and session.mode is TimeMode.LOCK_STEP:
                 return False, "time_mode is lock_step: time advances by ~/step only"
@@ -66,7 +66,7 @@ class DriveControl:
             return True, "paused" if pause else "running"
 
     def stop(self) -> Answer:
-        """Pause, and return to t = 0 and the scene's start."""
+        """Pause, and reset to t = 0 and the scene's start."""
 
         def leap(session: Session) -> None:
             session.commanded.reset()
@@ -75,7 +75,7 @@ class DriveControl:
         return self.leap(leap, "stopped: paused, reset to t = 0")
 
     def step(self, count: int | None = None) -> Answer:
-        """Take some wake-ups, by default those of the parameter `steps`, while time is paused."""
+        """Simulate a number of wake-ups while time is paused; default: the parameter `steps`."""
         node, values = self._node, self._node.settings.values
         if refusal := self._wait_for(values["await_commands"]):
             return False, refusal
@@ -95,8 +95,8 @@ class DriveControl:
             wakes += 1
         with node.active() as session:
             session.flush()
-            # Commands that react to the last wake-up count for the next request, however early they
-            # arrive.
+            # Commands that arrive from now on count for the next request, because they may be the
+            # reaction to the last wake-up.
             session.stepped_for = stepped_for
             return True, Stepped(session.now.time_ns, wakes, commands).text
 
@@ -113,7 +113,7 @@ class DriveControl:
         return self.leap(lambda session: session.commanded.reset_state(), "state reset")
 
     def load_scene(self, stopped: bool = False) -> Answer:
-        """Load the scene of the parameters, from t = 0; ``stopped``: and pause there."""
+        """Load the scene that the parameters name, at t = 0, and pause there if ``stopped``."""
         node, values = self._node, self._node.settings.values
         with node.active() as session:
             asked = session
@@ -131,7 +131,7 @@ class DriveControl:
             return True, f"{prepared.scene.name}, t = 0"
 
     def load_disc(self) -> Answer:
-        """Mount the disc of the parameters, in the present state."""
+        """Replace the disc by that of the parameters, in the present state."""
         node, values = self._node, self._node.settings.values
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
@@ -153,9 +153,9 @@ class DriveControl:
             return True, f"eccentricity {eccentricity:g} m, {angle:g} rad further"
 
     def inject_faults(self) -> Answer:
-        """Replace the faults in force by those of the parameter; time continues."""
+        """Replace all faults by those of the parameter `faults`; time continues."""
         if not (faults := faults_of(self._node.settings.values["faults"])):
-            return False, "the parameter faults names none: set it first, or ~/clear_faults"
+            return False, "the parameter faults is empty: set it first, or call ~/clear_faults"
         return self._break(faults)
 
     def clear_faults(self) -> Answer:
@@ -163,7 +163,7 @@ class DriveControl:
         return self._break(())
 
     def save_snapshot(self) -> Answer:
-        """Save the present state to a file."""
+        """Save the present state to the file of the parameter `snapshot`."""
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as session:
             sound(session).catch_up()
@@ -173,7 +173,7 @@ class DriveControl:
         return True, f"{path}: t = {time_ns * 1e-9:.9g} s"
 
     def restore_snapshot(self) -> Answer:
-        """Return to the state in a file."""
+        """Restore the state in the file of the parameter `snapshot`."""
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as session:
             asked, scene = sound(session), session.now.scene
@@ -190,7 +190,7 @@ class DriveControl:
         return self.leap(leap, f"restored {path}", asked)
 
     def emergency_stop(self) -> Answer:
-        """Decelerate to standstill as fast as the spindle can, regardless of commands."""
+        """Decelerate to standstill as fast as the spindle can, and ignore commands."""
         try:
             with self._node.active(patience=PROMPTLY) as session:
                 if session.path.stopped:
@@ -199,18 +199,18 @@ class DriveControl:
                 session.path.emergency_stop()
                 session.report()
         except TimeoutError:
-            # Steps under way do not end for now. They are asked to, and end in a stop.
+            # Another thread takes a long step under the lock: it begins the stop after this step.
             self._node.stop_when_possible()
-            self._node.get_logger().warning("emergency stop, as soon as the step under way ends")
+            self._node.get_logger().warning("emergency stop, after the step in progress")
             return True, (
-                "stopping as soon as the step under way ends, which takes long; commands are "
-                "ignored until ~/reset_emergency_stop"
+                "stopping after the step in progress, which takes long; commands are ignored until "
+                "~/reset_emergency_stop"
             )
         self._node.get_logger().warning("emergency stop")
         return True, "stopping; commands are ignored until ~/reset_emergency_stop"
 
     def reset_emergency_stop(self) -> Answer:
-        """Follow commands again."""
+        """End an emergency stop: follow commands again."""
         with self._node.active() as session:
             if not session.path.stopped:
                 return False, "there is no emergency stop"
@@ -244,11 +244,12 @@ class DriveControl:
             return True, f"faults in force: {session.fault_publisher.words}"
 
     def _wait_for(self, commands: int) -> str:
-        """Wait for a number of commands since the last request.
+        """Wait until a number of commands have arrived since the last request.
 
-        Return a refusal after the time-out.
+        Before its last point, a trajectory counts as enough commands.
 
-        A trajectory counts as the commands until its last point.
+        Returns:
+            Empty text, or a refusal after ``PATIENCE``.
         """
         node, end = self._node, time.monotonic() + PATIENCE
         while True:
@@ -261,18 +262,18 @@ class DriveControl:
             if led or came >= commands:
                 return ""
             if time.monotonic() > end or node.stopping.is_set():
-                return f"{came} of {commands} commands came within {PATIENCE:g} s; no step taken"
+                return f"{came} of {commands} commands arrived in {PATIENCE:g} s; no step was taken"
             time.sleep(2e-4)
 
     def leap(
         self, leap: Callable[[Session], None], text: str, asked: Session | None = None
     ) -> Answer:
-        """Continue from the state into which a function puts a session.
+        """Change the state or time of a session, and continue from there.
 
         Args:
-            leap: changes the session, under the node's lock.
+            leap: function that changes the session, called under the node's lock.
             text: message for the log.
-            asked: the session that is expected; None: any.
+            asked: expected session; None: any.
         """
         with self._node.active(asked) as session:
             _leave(session)
@@ -286,10 +287,10 @@ class DriveControl:
 
 
 def sound(session: Session) -> Session:
-    """Return the session, if its drive has no faults.
+    """Return the session if its drive has no faults.
 
     Raises:
-        CommandError: faults are in force and prevent the request.
+        CommandError: the drive has faults, which prevent the request.
     """
     if session.now.drive.faults:
         raise CommandError(

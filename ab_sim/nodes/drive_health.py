@@ -15,9 +15,9 @@ from ab_sim.nodes.pacing import Pacer
 PERIOD = 1.0
 """Time between two reports, over which the real-time factor is measured [s]."""
 WINDOWS = (10, 60)
-"""Longer windows for the real-time factor, in periods."""
+"""Longer windows over which the real-time factor is measured, in units of ``PERIOD``."""
 ABSENT = 10.0
-"""Time without a warning after which it is logged again [s]."""
+"""Time after which a warning that disappeared is logged again if it returns [s]."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
@@ -34,11 +34,11 @@ class DriveHealth:
     """Monitors a drive, its pacing and its error checks.
 
     Args:
-        drive: the running drive.
-        pacer: its pacer.
-        checks: its error checks, if any.
+        drive: running drive.
+        pacer: pacer of the drive.
+        checks: error checks of the drive; None: none.
         tolerance: limits beyond which there is a warning.
-        work_precision: origin of the drive's solver, if an accuracy was requested.
+        work_precision: accuracy by which the drive's solver was chosen; None: none requested.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class DriveHealth:
         )
 
     def begin(self, now: float) -> None:
-        """Restart the measurement of the real-time factor at ``now`` [s]."""
+        """Restart the measurement of the real-time factor at a time [s]."""
         self._reports.clear()
         self._reports.append((now, self._drive.steps))
         self._factor = None
@@ -99,7 +99,7 @@ class DriveHealth:
     def warnings(self) -> list[str]:
         """Return the problems since the last call."""
         pacing, drive = self._pacer.recent(), self._drive
-        # The count of a drive that was reset begins at zero.
+        # The drive's count may be below the last one, because a reset sets it to zero.
         crowded = drive.steps_with_unresolved_events - min(
             self._unresolved, drive.steps_with_unresolved_events
         )
@@ -121,7 +121,7 @@ class DriveHealth:
         return [*warnings, *self._drift()]
 
     def values(self) -> dict[str, str]:
-        """Return figures with their units; those of pacing count since the configuration."""
+        """Return values for the diagnostics; those of pacing count since the configuration."""
         drive, pacing = self._drive, self._pacer.total
         return {
             **self._factors(),
@@ -184,7 +184,7 @@ class DriveHealth:
         if share_of(work_precision.asked, angle, whirl) <= 1.0:
             return []
         wishes = [
-            f"{key} {error:.1e} {unit} (asked {limit:g})"
+            f"{key} {error:.1e} {unit} (requested {limit:g})"
             for key, error, limit, unit in (
                 ("ball angle", angle, work_precision.asked.angle, "rad"),
                 ("whirl", whirl, work_precision.asked.whirl, work_precision.unit),
@@ -192,9 +192,9 @@ class DriveHealth:
             if limit is not None and error > limit
         ]
         return [
-            f"less accurate than asked, error estimate of {', '.join(wishes)}: the step was "
-            "measured on the scene's profile, and the drive is led elsewhere; ask for more "
-            "accuracy, or for a profile like this run"
+            f"less accurate than requested, error estimate of {', '.join(wishes)}: the step was "
+            "chosen for the scene's profile, and this run differs from it; request a smaller "
+            "error, or a profile that resembles this run"
         ]
 
     def _estimates(self) -> dict[str, str]:
@@ -214,18 +214,18 @@ class DriveHealth:
 
 
 class NewWarnings:
-    """Selects the warnings that begin, of those in each report; numbers in them may change."""
+    """Selects the new warnings in each report; two that differ only in numbers are the same."""
 
     def __init__(self) -> None:
         self._seen: dict[str, float] = {}
-        """Time of the last report with each warning [s], by its text without numbers."""
+        """Time of the last report that contained each warning [s], by text without numbers."""
 
     def of(self, warnings: Iterable[str], now: float) -> list[str]:
-        """Return the warnings of a report that have not been in one for some time.
+        """Return the warnings that no report of the last ``ABSENT`` seconds contained.
 
         Args:
-            warnings: all of the report.
-            now: time [s].
+            warnings: all warnings of the present report.
+            now: present time [s].
         """
         present = {NUMBER.sub("#", warning): warning for warning in warnings}
         new = [w for key, w in present.items() if now - self._seen.get(key, -math.inf) > ABSENT]

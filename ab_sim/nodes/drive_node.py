@@ -1,4 +1,4 @@
-"""The lifecycle node that holds a drive from configure to cleanup, in real time."""
+"""Lifecycle node that runs a drive in real time, from configure to cleanup."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from ab_sim.nodes.stall_guard import StallGuard
 from ab_sim.scene import Scene
 
 PROMPT = 0.003
-"""Time between two checks for requests to the loop itself [s]. A check costs as much as half a
-step, and no client needs an answer sooner."""
+"""Time between two checks for requests that the main loop serves [s]. A check costs as much as half
+a step, and no client needs an answer sooner."""
 UNCONFIGURED = "unconfigured: no scene is loaded"
 
 
 class DriveNode(ManagedNode):
-    """Holds a session from configure to cleanup; its time advances while the node is active."""
+    """Node with a session from configure to cleanup, whose time advances while it is active."""
 
     def __init__(self) -> None:
         super().__init__("drive_sim", EMERGENCY_STOP)
         self.settings = Parameters(self, DRIVE_PARAMETERS)
         if self.get_parameter("use_sim_time").value:
             self.get_logger().warning(
-                "use_sim_time = True: has no effect, because this node makes the time; set it for "
-                "the other nodes"
+                "use_sim_time = True: has no effect, because this node is the source of simulated "
+                "time; set it for the other nodes"
             )
         values = self.settings.values
         self._rates = rates_of(values)
@@ -62,7 +62,7 @@ class DriveNode(ManagedNode):
 
     @property
     def session(self) -> Session | None:
-        """The session, or None if no scene is loaded."""
+        """Session of the loaded scene; None if no scene is loaded."""
         return self._session
 
     @property
@@ -77,12 +77,12 @@ class DriveNode(ManagedNode):
         """Yield the session, under the node's lock.
 
         Args:
-            asked: the session that is expected; None: any.
-            patience: time to wait for the lock [s].
+            asked: expected session; None: any.
+            patience: longest time to wait for the lock [s].
 
         Raises:
-            CommandError: the node is not active, or the session is another one.
-            TimeoutError: another thread has the lock for longer.
+            CommandError: the node is not active, or has another session.
+            TimeoutError: another thread held the lock for longer than ``patience``.
         """
         if not self._turn.acquire(patience):
             raise TimeoutError
@@ -95,23 +95,23 @@ class DriveNode(ManagedNode):
                 name = self.get_fully_qualified_name()
                 raise CommandError(f"{state}; `ros2 lifecycle set {name} {transition}`")
             if asked not in (None, session):
-                raise CommandError("the node has been configured again meanwhile; ask again")
+                raise CommandError("the node was configured again meanwhile; repeat the request")
             yield session
         finally:
             self._turn.release()
 
     def stop_when_possible(self) -> None:
-        """Begin an emergency stop when the step under way ends, without the node's lock."""
+        """Begin an emergency stop after the step in progress; this needs no lock."""
         if self._session is not None:
             self._session.path.stop_wanted = True
 
     def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
-        """Prepare a scene's drive, which may take long; the present one continues meanwhile."""
+        """Prepare the drive of another scene, which may take long; the present drive continues."""
         tolerance = tolerance_of(values)
         return PreparedDrive(scene, self._rates, values["error_checks"], tolerance, say)
 
     def scene_of(self, values: Values) -> Scene:
-        """Return the scene that settings name.
+        """Return the scene that parameter values name.
 
         Raises:
             SceneError, InputError: the scene does not exist or cannot be run.
@@ -125,7 +125,7 @@ class DriveNode(ManagedNode):
         try:
             scene = self.scene_of(values)
             doing = f"configuring {scene.name}"
-            self.get_logger().info(f"{doing}: kernels that are new take a while to compile")
+            self.get_logger().info(f"{doing}: new kernels take some time to compile")
             prepared = self.run_in_thread(lambda say: self.prepare(scene, values, say), doing)
             with self._turn:
                 self._session = Session(self, self._outputs, self._rates, self.settings, prepared)
@@ -184,7 +184,7 @@ class DriveNode(ManagedNode):
                 with self._turn:
                     if self._session is not None and self._session.active:
                         self._session.wake()
-                # After a wake-up: it is not urgent, and takes half a period.
+                # After the wake-up, because a report is not urgent and takes half a period.
                 if prompt:
                     self._report_now_and_then()
                 guard.end()
@@ -196,13 +196,13 @@ class DriveNode(ManagedNode):
                     self._session.finish(ENDED)
 
     def _answer_urgently(self) -> None:
-        """Serve the emergency stop while the main loop is in a step that takes long."""
+        """Serve requests for an emergency stop while the main loop is in a long step."""
         for service in self.by_loop:
             if service.service_name == self.resolve_service_name(EMERGENCY_STOP):
                 answer_waiting(service)
 
     def answer(self) -> None:
-        """Serve requests and publish diagnostics periodically."""
+        """Serve requests of the main loop, and publish diagnostics if they are due."""
         super().answer()
         self._report_now_and_then()
 
@@ -221,7 +221,7 @@ class DriveNode(ManagedNode):
 
     def _tell(self, level: Level, text: str) -> None:
         self._state, self._reported = (level, text), time.monotonic()
-        # an error is logged where the transition fails
+        # An error is not logged here, because the failing transition logs it.
         self._outputs.report(0, level, text, logged=level is Level.ERROR)
 
     def _rest(self) -> float:
@@ -229,8 +229,8 @@ class DriveNode(ManagedNode):
         return GLANCE if session is None or not session.active else session.rest()
 
     def _stopped_after(self, rest: float, stopping: threading.Event) -> bool:
-        # Waiting for an event takes twice the CPU time of sleeping, and on Python 3.10 it is by the
-        # system's clock, which may be set.
+        # Waiting for the event takes twice the CPU time of sleeping, and on Python 3.10 depends on
+        # the system clock, which may be set.
         end = time.monotonic() + rest
         while rest > GLANCE and not stopping.is_set():
             time.sleep(GLANCE)

@@ -1,4 +1,4 @@
-"""The parameters of `drive_sim`, and their conversion for its parts."""
+"""Parameters of `drive_sim`, and their conversion to the settings of its parts."""
 
 import enum
 import math
@@ -11,14 +11,14 @@ from ab_sim.nodes.realtime import RealTimeRequests
 
 
 class TimeMode(enum.Enum):
-    """Source of the progress of simulated time."""
+    """Ways in which simulated time advances."""
 
     PACED = "paced"
-    """The steady clock, times `speed_factor`."""
+    """By the steady clock, times `speed_factor`."""
     FREE = "free"
-    """No limit: as fast as possible."""
+    """Without pauses, as fast as possible."""
     LOCK_STEP = "lock_step"
-    """Requests of ~/step."""
+    """Only by requests of ~/step."""
 
 
 _MODES = {mode.value: mode for mode in TimeMode}
@@ -29,7 +29,7 @@ DRIVE_PARAMETERS = (
     ParameterSpec(
         "autostart",
         True,
-        "configure and activate automatically; false: wait for requests of ROS's life cycle",
+        "configure and activate the node automatically; false: wait for lifecycle requests",
         fixed=True,
     ),
     ParameterSpec(
@@ -54,14 +54,26 @@ DRIVE_PARAMETERS = (
         (0.0, 2000.0),
         fixed=True,
     ),
-    ParameterSpec("block_rate", 50.0, "rate of sample blocks", "1/s", (0.1, 1000.0), fixed=True),
     ParameterSpec(
-        "patience", 0.5, "lag beyond which steps are dropped", "s", (0.01, 60.0), fixed=True
+        "block_rate",
+        50.0,
+        "rate of vibration/block, which has all samples",
+        "1/s",
+        (0.1, 1000.0),
+        fixed=True,
+    ),
+    ParameterSpec(
+        "patience",
+        0.5,
+        "lag of simulated behind real time beyond which steps are dropped",
+        "s",
+        (0.01, 60.0),
+        fixed=True,
     ),
     ParameterSpec(
         "catch_up",
         10.0,
-        "largest number of steps at one wake-up, in multiples of those usually due",
+        "largest number of steps at one wake-up, in multiples of its usual number",
         "1",
         (1.0, 1e4),
         fixed=True,
@@ -72,7 +84,9 @@ DRIVE_PARAMETERS = (
         "start with simulated time paused, until ~/pause with false",
         fixed=True,
     ),
-    ParameterSpec("jitter_seed", 0, "seed of command_jitter", "1", (0, 2**31), fixed=True),
+    ParameterSpec(
+        "jitter_seed", 0, "seed of the random command_jitter", "1", (0, 2**31), fixed=True
+    ),
     ParameterSpec("publish_clock", True, "whether to publish simulated time on /clock", fixed=True),
     ParameterSpec(
         "realtime_priority",
@@ -84,7 +98,10 @@ DRIVE_PARAMETERS = (
     ),
     ParameterSpec("lock_memory", False, "lock all memory, so that none is swapped out", fixed=True),
     ParameterSpec(
-        "garbage_by_hand", False, "collect garbage once per second only, after reports", fixed=True
+        "garbage_by_hand",
+        False,
+        "collect Python's garbage only once per second, after reports",
+        fixed=True,
     ),
     LOAD,
     ParameterSpec(
@@ -98,13 +115,14 @@ DRIVE_PARAMETERS = (
     ParameterSpec(
         "worlds",
         "",
-        "folder of scenes that LoadWorld may load beside those of ab_sim; empty: none",
+        "folder of scenes that LoadWorld may load in addition to those of ab_sim; empty: none",
         fixed=True,
     ),
     ParameterSpec(
         "time_mode",
         "paced",
-        "how simulated time advances",
+        "way in which simulated time advances: paced by the clock, free (as fast as possible), or "
+        "lock_step (by ~/step)",
         choices=[mode.value for mode in TimeMode],
     ),
     ParameterSpec(
@@ -192,7 +210,9 @@ DRIVE_PARAMETERS = (
         "1",
         (0.0, 0.5),
     ),
-    ParameterSpec("snapshot", "drive.json", "file for ~/save_snapshot and ~/restore_snapshot"),
+    ParameterSpec(
+        "snapshot", "drive.json", "file of the state for ~/save_snapshot and ~/restore_snapshot"
+    ),
     ParameterSpec(
         "faults", [""], "faults, e.g. ['ball_0 sticks']; a change takes effect at ~/inject_faults"
     ),
@@ -206,7 +226,7 @@ DRIVE_PARAMETERS = (
     ParameterSpec(
         "disc_angle",
         0.0,
-        "angle of the unbalance that ~/load_disc loads, from that of the previous disc",
+        "angle from the previous disc's unbalance to that of the disc that ~/load_disc loads",
         "rad",
         (-1e3, 1e3),
     ),
@@ -215,10 +235,10 @@ DRIVE_PARAMETERS = (
 
 
 def rates_of(values: Values) -> Rates:
-    """Return rates and delays of the loop.
+    """Return the rates of the main loop, and the limits of its lag.
 
     Raises:
-        InputError: a period of publication is not a whole number of wake-ups.
+        InputError: a publication period is not a whole number of wake-ups.
     """
     wake = values["wake_rate"]
     per_state, per_block = (
@@ -229,14 +249,14 @@ def rates_of(values: Values) -> Rates:
 
 
 def real_time_of(values: Values) -> RealTimeRequests:
-    """Return the real-time options that the loop requests."""
+    """Return the real-time options that the main loop requests of the system."""
     return RealTimeRequests(
         values["realtime_priority"], values["lock_memory"], values["garbage_by_hand"]
     )
 
 
 def rules_of(values: Values) -> Rules:
-    """Return the rules for commands."""
+    """Return the settings of the command path."""
     return Rules(
         max_speed=values["speed_limit"] or math.inf,
         max_acceleration=values["acceleration_limit"] or math.inf,
@@ -249,10 +269,10 @@ def rules_of(values: Values) -> Rules:
 
 
 def tolerance_of(values: Values) -> RealTimeTolerance:
-    """Return the limits of what counts as real time."""
+    """Return the limits within which the drive counts as running in real time."""
     return RealTimeTolerance(values["factor_tolerance"], values["lateness_tolerance"])
 
 
 def mode_of(values: Values) -> TimeMode:
-    """Return the mode of time."""
+    """Return the way in which simulated time advances."""
     return _MODES[values["time_mode"]]

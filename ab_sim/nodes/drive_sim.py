@@ -1,4 +1,4 @@
-"""`drive_sim`: one drive in real time, commanded and observed over topics; a lifecycle node."""
+"""`drive_sim`: lifecycle node of one drive in real time, commanded and observed over topics."""
 
 from ab_sim.nodes.drive_control import DriveControl
 from ab_sim.nodes.drive_node import DriveNode
@@ -7,7 +7,7 @@ from ab_sim.nodes.simulation_services import SimulationServices
 
 
 class DriveSim(DriveNode):
-    """A drive with the services that control it."""
+    """Node of a drive, with the services that control it."""
 
     def serve(self) -> None:
         """Advertise the services."""

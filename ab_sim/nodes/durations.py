@@ -1,4 +1,4 @@
-"""Durations: their distribution over any time in constant memory, and those of stages."""
+"""Statistics of durations: a histogram in constant memory, and the stages of a wake-up."""
 
 import math
 import time
@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 SHORTEST = 1e-6
-"""Lower bound of the classes [s]; shorter durations count as this."""
+"""Upper bound of the first class [s]; shorter durations count as this one."""
 PER_DECADE = 40
-"""Classes per decade: a quantile is too long by at most 6 %."""
+"""Number of classes per decade; a quantile is too long by at most 6 %."""
 DECADES = 9
 
 
@@ -17,13 +17,13 @@ class DurationHistogram:
     """Counts durations [s] in classes of equal ratio; the longest duration is exact."""
 
     def __init__(self) -> None:
-        # A list: an entry is incremented ten times as fast as one of an array.
+        # A list, because its entries are incremented ten times as fast as those of an array.
         self._counts = [0] * (PER_DECADE * DECADES + 1)
         self.count = 0
         self.worst = 0.0
 
     def add(self, duration: float) -> None:
-        """Count a duration."""
+        """Count a duration [s]."""
         ratio = max(duration, SHORTEST) / SHORTEST
         place = math.ceil(PER_DECADE * math.log10(ratio) - 1e-9)
         self._counts[min(place, len(self._counts) - 1)] += 1
@@ -31,7 +31,7 @@ class DurationHistogram:
         self.worst = max(self.worst, duration)
 
     def quantile(self, share: float) -> float:
-        """Return the duration [s] that this share of them did not exceed; 0 without durations."""
+        """Return the quantile of the durations for a share from 0 to 1 [s]; 0 without durations."""
         if not self.count:
             return 0.0
         place = int(np.searchsorted(np.cumsum(self._counts), math.ceil(share * self.count)))
@@ -40,7 +40,7 @@ class DurationHistogram:
         return min(SHORTEST * 10.0 ** (place / PER_DECADE), self.worst)
 
     def values(self, what: str) -> dict[str, str]:
-        """Return values for the diagnostics."""
+        """Return quantiles and maximum for the diagnostics; ``what`` begins their names."""
         if not self.count:
             return {}
         shares = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
@@ -56,7 +56,7 @@ class StageTimer:
 
     Args:
         names: names of the stages.
-        clock: returns the time [ns].
+        clock: function that returns the time [ns].
     """
 
     def __init__(self, *names: str, clock: Callable[[], int] = time.perf_counter_ns) -> None:
@@ -65,7 +65,7 @@ class StageTimer:
         self._clear()
 
     def begin(self) -> None:
-        """Start the next stage."""
+        """Start to measure the next stage now."""
         self._mark = self._clock()
 
     def end(self, name: str) -> None:

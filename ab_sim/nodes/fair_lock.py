@@ -1,4 +1,4 @@
-"""A lock that threads get in turn."""
+"""Lock that threads get in turn."""
 
 import threading
 import time
@@ -8,7 +8,7 @@ from types import TracebackType
 class FairLock:
     """Lock that a waiting thread gets before its last holder can take it again.
 
-    With a plain lock, a loop that never rests could take it again at once and starve other threads.
+    With a plain lock, a loop that never sleeps would always take it again before other threads.
     """
 
     def __init__(self) -> None:
@@ -19,7 +19,7 @@ class FairLock:
             self._held.acquire()
 
     def acquire(self, patience: float) -> bool:
-        """Wait for the lock for at most ``patience`` [s]; whether this thread has it then."""
+        """Wait for the lock for at most ``patience`` [s]; return whether this thread got it."""
         end = time.monotonic() + patience
         if not self._next.acquire(timeout=patience):
             return False
@@ -37,5 +37,5 @@ class FairLock:
         self.release()
 
     def release(self) -> None:
-        """Give the lock back."""
+        """Release the lock."""
         self._held.release()

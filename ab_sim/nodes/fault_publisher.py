@@ -1,4 +1,4 @@
-"""Publishes the faults in force: on their topic, in the log, in the diagnostics."""
+"""Publisher of the drive's faults: on their topic, in the log, in the diagnostics."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from ab_sim.drive.faults.fault import Fault
 
 
 class FaultPublisher:
-    """Publisher of the faults in force.
+    """Publisher of the drive's present faults.
 
     Args:
         node: publishing node.
@@ -21,13 +21,14 @@ class FaultPublisher:
 
     @property
     def words(self) -> str:
-        """Faults as one line of text."""
+        """Present faults as one line of text."""
         return ", ".join(self._texts or []) or "none"
 
     def publish(self, faults: Sequence[Fault]) -> None:
-        """Publish these faults as the ones in force."""
+        """Publish the present faults, and log a change."""
         before, self._texts = self._texts or [], [fault.text for fault in faults]
-        # Latched, and published also without faults: late subscribers receive it.
+        # Also published without faults, because the topic is latched: late subscribers would
+        # receive earlier faults.
         self._topic.publish(topics.FAULTS.message(self._texts))
         if self._texts != before:
             self._node.get_logger().warning(f"faults in force: {self.words}")

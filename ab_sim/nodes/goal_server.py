@@ -1,4 +1,4 @@
-"""Action server whose goals are executed without rclpy's coroutines."""
+"""Action server that executes goals without rclpy's coroutines."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ else:  # rclpy 7 of ROS 2 Jazzy does not support subscripts at run time
 
 
 class GoalServer(_AnyActionServer):
-    """Action server whose goals can start to execute before a result callback exists.
+    """Action server whose goals execute without a callback of rclpy.
 
-    rclpy executes a goal with a coroutine that polls, so that its ``EventsExecutor`` uses a whole
-    core. Therefore no code of rclpy runs while a goal is executing; ``end`` sets its result.
+    rclpy executes a goal by a coroutine that polls, with which its ``EventsExecutor`` uses a whole
+    core. Here, no code of rclpy runs while a goal is executing, and ``end`` sets its result.
 
     Args:
         node: node that offers the action.
         kind: type of the action.
         name: name of the action.
-        accepted: called with each goal; it calls ``goal.execute()``.
-        cancel: called with a goal whose client wants to cancel it.
+        accepted: function that is called with each goal, and calls ``goal.execute()``.
+        cancel: function that is called with a goal that its client wants to cancel.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class GoalServer(_AnyActionServer):
             node,
             kind,
             name,
-            lambda goal: None,  # each goal has its own callback
+            lambda goal: None,  # not used: `end` schedules a callback for each goal
             handle_accepted_callback=accepted,
             cancel_callback=cancel,
         )
@@ -58,7 +58,13 @@ class GoalServer(_AnyActionServer):
             super().notify_execute(goal_handle, execute_callback)
 
     def end(self, goal: Goal, well: bool, result: Any) -> None:
-        """Set the result message of a goal: canceled if that was wanted, succeeded or aborted."""
+        """End a goal with a result message: canceled if requested, else succeeded or aborted.
+
+        Args:
+            goal: executing goal.
+            well: whether the goal has succeeded.
+            result: result message.
+        """
 
         def executed(goal: Goal) -> Any:
             if goal.is_cancel_requested:

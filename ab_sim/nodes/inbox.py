@@ -7,10 +7,14 @@ from typing import Any
 
 
 class Inbox:
-    """Queues of received messages, one per topic, from the receiving to the processing thread.
+    """Queues of received messages, one per topic, from a receiving to a processing thread.
 
-    Each queue holds at most ``length`` messages: beyond that the oldest are dropped and counted in
-    ``dropped``. A flood on one topic does not affect the others.
+    If a queue is full, its oldest message is dropped and counted in ``dropped``. A flood on one
+    topic does not affect the others.
+
+    Args:
+        topics: names of the topics.
+        length: largest number of messages in each queue.
     """
 
     def __init__(self, topics: Iterable[str], length: int) -> None:

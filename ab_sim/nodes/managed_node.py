@@ -1,9 +1,9 @@
-"""A lifecycle node whose main loop carries out the transitions.
+"""Lifecycle node whose main loop performs the transitions.
 
-rclpy carries out a transition in the executor's thread, and serves no other callback meanwhile.
-Here the main loop reads the requests for transitions at its wake-ups. So no transition happens
-during a step, and the executor's thread continues. Long work runs in a separate thread while the
-loop waits for its end, a signal or another request.
+rclpy performs a transition in the executor's thread, and serves no other callback meanwhile. Here
+the main loop reads the requests for transitions at its wake-ups. So no transition happens during a
+step, and the executor's thread continues. Long work runs in a separate thread, while the loop
+serves requests and watches for a signal.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ab_sim.nodes.base_node import BaseNode
 GLANCE = 0.05
 """Time between two checks for requests when the loop is idle [s]."""
 PROGRESS = 5.0
-"""Time between two log messages on long work [s]."""
+"""Time between two log messages on the progress of long work [s]."""
 Result = TypeVar("Result")
 Say = Callable[[str], Any]
 
@@ -37,7 +37,7 @@ class ManagedNode(BaseNode, LifecycleNode):
 
     Args:
         name: name of the node.
-        urgent: names of further services that the main loop serves itself.
+        urgent: names of further services that the main loop serves, and not the executor.
     """
 
     def __init__(self, name: str, *urgent: str) -> None:
@@ -45,7 +45,7 @@ class ManagedNode(BaseNode, LifecycleNode):
         self.stopping = threading.Event()
         self._urgent = {self.resolve_service_name(name) for name in (CHANGE_STATE, *urgent)}
         self.by_loop = [s for s in super().services if s.service_name in self._urgent]
-        """Services served by the main loop; urgent ones are appended by their owners."""
+        """Services that the main loop serves; the creator of an urgent service appends it."""
         self._failure: Exception | None = None
 
     @property
@@ -54,28 +54,29 @@ class ManagedNode(BaseNode, LifecycleNode):
         return (s for s in super().services if s.service_name not in self._urgent)
 
     def destroy_node(self) -> None:
-        """Destroy the node and its state machine at once.
+        """Destroy the node and its state machine.
 
-        rclpy leaves the state machine, which holds the node, to the garbage collector. At the end
-        of a process that may never run: others would see the node for the DDS lease of 20 s.
+        rclpy leaves the state machine, which refers to the node, to the garbage collector. At the
+        end of a process, this may never run. Peers would then see the node until the DDS lease of
+        20 s ends.
         """
         super().destroy_node()
         self._state_machine.destroy_when_not_in_use()
 
     def configure(self) -> None:
-        """Prepare long work for the transition configure."""
+        """Perform the transition configure: load and prepare, which may take long."""
         raise NotImplementedError
 
     def activate(self) -> None:
-        """Start time for the transition activate."""
+        """Perform the transition activate: start simulated time."""
         raise NotImplementedError
 
     def deactivate(self) -> None:
-        """Stop time for the transition deactivate."""
+        """Perform the transition deactivate: stop simulated time."""
         raise NotImplementedError
 
     def cleanup(self) -> None:
-        """Release resources for the transition cleanup."""
+        """Perform the transition cleanup: release all resources."""
         raise NotImplementedError
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -103,7 +104,7 @@ class ManagedNode(BaseNode, LifecycleNode):
         """Configure and activate without a request.
 
         Raises:
-            AbSimError: a transition failed; ``Interrupted``: the node was asked to exit.
+            AbSimError: a transition failed; ``Interrupted``: the node is to exit.
         """
         for transition in (self.trigger_configure, self.trigger_activate):
             if transition() is not TransitionCallbackReturn.SUCCESS:
@@ -113,7 +114,7 @@ class ManagedNode(BaseNode, LifecycleNode):
         """Serve the services of the main loop, transitions included.
 
         Raises:
-            Exception: a transition raised another error than AbSimError.
+            Exception: a transition raised an error that is not an AbSimError.
         """
         for service in self.by_loop:
             answer_waiting(service)
@@ -128,13 +129,13 @@ class ManagedNode(BaseNode, LifecycleNode):
         """Run long work in a separate thread, and serve requests until it is done.
 
         Args:
-            act: called with a function that queues a text for the log. The texts are logged here,
-                because ROS may be shut down before ``act`` returns.
+            act: function that does the work. Its argument is a function that queues a text for the
+                log; the main loop logs it, because ROS may be shut down before ``act`` returns.
             doing: name of the work, for the log.
 
         Raises:
-            Interrupted: the node was asked to end; ``act`` is abandoned.
-            Exception: as ``act``.
+            Interrupted: the node is to exit; ``act`` is abandoned.
+            Exception: any exception of ``act``.
         """
         messages: SimpleQueue[str] = SimpleQueue()
         future = _in_a_thread(lambda: act(messages.put))
@@ -151,13 +152,13 @@ class ManagedNode(BaseNode, LifecycleNode):
         return future.result()
 
     def run_unless_shut_down(self, act: Callable[[], Result]) -> Result:
-        """Run long work of a callback; return early when the node is asked to end.
+        """Run long work of a callback in a separate thread, and wait for its end.
 
-        A callback that does not return would keep the node alive, also in the graphs of others.
+        A callback that does not return would keep the node from exiting and from leaving the graph.
 
         Raises:
-            Interrupted: the node was asked to end; ``act`` is abandoned.
-            Exception: as ``act``.
+            Interrupted: the node is to exit; ``act`` is abandoned.
+            Exception: any exception of ``act``.
         """
         future = _in_a_thread(act)
         while not wait([future], timeout=GLANCE).done:
@@ -166,7 +167,7 @@ class ManagedNode(BaseNode, LifecycleNode):
         return future.result()
 
     def _done(self, act: Callable[[], None]) -> TransitionCallbackReturn:
-        """Run a transition; keep its exception, which rclpy would drop, for the main loop."""
+        """Perform a transition, and keep its exception for the main loop: rclpy would drop it."""
         try:
             act()
         except Exception as error:

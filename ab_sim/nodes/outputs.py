@@ -1,4 +1,4 @@
-"""Publishers of a drive's node: its state at every wake-up, blocks, clock and diagnostics."""
+"""Publishers of a drive's node: state at each wake-up, sample blocks, clock and diagnostics."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence, Set
@@ -33,10 +33,10 @@ from ab_sim.scene import Scene
 class Outputs:
     """Publishes a drive's state (`ab_sim.drive.published`), and the deck's pose on tf.
 
-    It also publishes the drive's URDF, every sensor sample, and the vector once per turn. A deck in
-    the plane has the same topics: it moves along two axes and does not turn. tf needs tf2_msgs;
-    without it a message is logged. All publishers exist as long as the node, so that subscribers
-    are matched before a scene is loaded.
+    It also publishes the drive's URDF, every sensor sample, and the once-per-turn vector. A deck in
+    the plane has the same topics as one in space: it moves along two axes and does not rotate. tf
+    needs tf2_msgs; without it a message is logged. All publishers exist as long as the node, so
+    that subscribers are matched before a scene is loaded.
 
     Args:
         node: publishing node; its namespace is part of the frames' names.
@@ -61,7 +61,7 @@ class Outputs:
         self._tf_static = None
         if topics.TF.type is None:
             node.get_logger().info(
-                "tf is not published: tf2_msgs is not installed; deck_pose says where the deck is"
+                "tf is not published: tf2_msgs is not installed; deck_pose has the deck's pose"
             )
             return
         self._publishers[topics.TF] = topics.TF.publisher(node)
@@ -93,13 +93,13 @@ class Outputs:
             (deck,) = pose(named)
             moving = deck._replace(sample=[(named.frame(DECK), deck.sample)])
             self._streams.append(self._stream(topics.TF, moving))
-            # Latched, and also published without sensors; otherwise those of another scene would
-            # stay.
+            # Also published without sensors, because the topic is latched: the sensors of an
+            # earlier scene would remain.
             placed = [(named.frame(name), _place(scene, name, named)) for name in scene.sensors]
             self._tf_static.publish(topics.TF_STATIC.message(placed))
 
     def end(self) -> None:
-        """Clear the latched topics."""
+        """Publish empty messages on the latched topics, to clear them."""
         self._model.publish(topics.MODEL.message(""))
         if self._tf_static is not None:
             self._tf_static.publish(topics.TF_STATIC.message([]))
@@ -107,9 +107,15 @@ class Outputs:
     def state_values(
         self, present: Trajectory, faults: ActiveFaults
     ) -> tuple[list[float], Set[str]]:
-        """Return the numbers of the state messages of the last sample, and the silent sensors.
+        """Return the numbers of the last sample's state messages, and the silent sensors.
 
-        There are no numbers if no topic has a subscriber.
+        Args:
+            present: trajectory that ends with the sample.
+            faults: faults of the drive.
+
+        Returns:
+            Numbers from which ``publish_state`` selects; empty if no topic has a subscriber. Names
+            of the sensors that a fault has silenced.
         """
         self._subscribed = [stream for stream in self._streams if stream.listeners()]
         if not self._subscribed:
@@ -120,14 +126,14 @@ class Outputs:
             forces = self._driven.forces(present)[0]
             turning = present.angular_acceleration[0].tolist()
         else:
-            # The same formulas in a third of the time, without looking up channels.
+            # The same forces in a third of the time, because no channel is looked up by name.
             x, y, psi, omega, theta, rate = (row[at] for at in self._driving)
             forces = self._driven.force(x, y, psi + theta, omega + rate)
         efforts = (-self._radius * forces).tolist()
         values = [*row.tolist(), *CONSTANTS.values(), *efforts, *turning]
         if not faults.faults:
             return values, frozenset()
-        # Faulty sensors report something else.
+        # Faulty sensors report altered values.
         read, silent = faults.readings(present.last(1))
         values[: len(read.channels)] = read.samples[0].tolist()
         for ball in faults.lost:
@@ -135,9 +141,13 @@ class Outputs:
         return values, silent
 
     def publish_state(self, time_ns: int, values: list[float], silent: Set[str]) -> None:
-        """Publish the result of ``state_values``, stamped with a time, and the clock.
+        """Publish the results of ``state_values``, and the clock.
 
-        Topics that had no subscriber in ``state_values`` are left out.
+        Topics that had no subscriber in ``state_values`` are omitted.
+
+        Args:
+            time_ns: time of the sample [ns].
+            values, silent: results of ``state_values``.
         """
         for stream in self._subscribed:
             if stream.sensor not in silent:
@@ -145,12 +155,12 @@ class Outputs:
         self.publish_clock(time_ns)
 
     def sampled(self, runs: Sequence[Trajectory], faults: ActiveFaults) -> None:
-        """Publish every sensor sample of some integration steps, and the vector once per turn."""
+        """Publish all sensor samples of some integration steps, and once-per-turn vectors."""
         self._accelerometers.publish(runs, faults)
         self._turn_vector.publish(runs)
 
     def publish_clock(self, time_ns: int) -> None:
-        """Publish simulated time."""
+        """Publish simulated time [ns] on /clock, if that is wanted."""
         if self._clock is not None:
             self._clock.handle.publish_raw(self._now.at(time_ns, ()))
 
@@ -167,9 +177,9 @@ class Outputs:
         values: Mapping[str, str] | None = None,
         logged: bool = False,
     ) -> bool:
-        """Publish the node's diagnostics, and return whether the text is in the log.
+        """Publish the node's diagnostics, and return whether the text has been logged.
 
-        ``logged``: it is in the log already.
+        See `DiagnosticsPublisher.publish` for the arguments.
         """
         hardware = self._hardware or f"{self._node.get_namespace()}/{self._scene}".lstrip("/")
         return self._diagnostics.publish(level, text, values or {}, time_ns, hardware, logged)
@@ -183,7 +193,7 @@ class Outputs:
 
     def _stream(self, topic: Topic, messages: Template) -> "_Stream":
         handle = self._publishers[topic].handle
-        # By the C handle: rclpy's own publish takes twice as long.
+        # With the C handle, because rclpy's `publish` takes twice as long.
         return _Stream(
             handle.get_subscription_count,
             handle.publish_raw,
@@ -194,7 +204,7 @@ class Outputs:
 
 
 class _Stream(NamedTuple):
-    """The publisher of one message template."""
+    """Publisher of one message template."""
 
     listeners: Callable[[], int]
     """Number of subscribers."""

@@ -1,4 +1,4 @@
-"""Steps and ticks that are due by the steady clock; without ROS or a clock."""
+"""Number of steps and ticks that are due at a time; no ROS, and the caller reads the clock."""
 
 import math
 from dataclasses import dataclass
@@ -7,15 +7,15 @@ from ab_sim.base.errors import InputError
 from ab_sim.nodes.durations import DurationHistogram
 
 WARM_UP = 25
-"""Wake-ups after each start that are not counted in the usual lateness. Losses count from the
-first."""
+"""Number of wake-ups after each start that are not counted in the distribution of the lateness.
+Dropped steps and the worst lateness count from the first wake-up on."""
 STILL = 0.1
 """Time without a tick beyond which there is a warning [s]."""
 
 
 @dataclass
 class Pacing:
-    """Statistics of pacing."""
+    """Statistics of wake-ups."""
 
     overruns: int = 0
     """Number of wake-ups that were late by a period or more."""
@@ -25,18 +25,18 @@ class Pacing:
     """Largest lateness of a wake-up [s]."""
 
     def count(self, dropped: int, lateness: float, overrun: bool) -> None:
-        """Add the figures of a wake-up."""
+        """Add a wake-up: its dropped steps, lateness [s], and whether it was an overrun."""
         self.dropped += dropped
         self.worst_lateness = max(self.worst_lateness, lateness)
         self.overruns += overrun
 
 
 class Pacer:
-    """Keeps simulated time level with the steady clock.
+    """Keeps simulated time in pace with the steady clock.
 
-    Steps become due ``factor`` times as fast as the clock advances. After a late wake-up more steps
-    are due; they are caught up, at most ``budget`` at one wake-up. If the simulation lags by more
-    than ``patience``, the excess steps are dropped and counted, and pacing continues from the
+    Steps become due ``factor`` times as fast as the clock advances. After a late wake-up, more
+    steps are due; they are caught up, at most ``budget`` at one wake-up. If the simulation lags by
+    more than ``patience``, the excess steps are dropped and counted, and pacing continues from the
     present time.
 
     Args:
@@ -62,7 +62,7 @@ class Pacer:
         self._patience = patience
         self._factor = 1.0
         self.lateness = DurationHistogram()
-        """Lateness of wake-ups [s], without the first ones after each start."""
+        """Lateness of wake-ups [s], without the first ``WARM_UP`` ones after each start."""
         self.total = Pacing()
         self._recent = Pacing()
         self._origin = 0.0
@@ -77,15 +77,15 @@ class Pacer:
 
     @property
     def factor(self) -> float:
-        """Ratio of simulated time to the clock."""
+        """Ratio of simulated time to clock time."""
         return self._factor
 
     def start(self, now: float, factor: float | None = None) -> None:
         """Start, or restart after a stop: no step is due at ``now``.
 
         Args:
-            now: s.
-            factor: ratio of simulated time to the clock from now on; default: unchanged.
+            now: present time [s].
+            factor: new ratio of simulated time to clock time; default: unchanged.
         """
         self._factor = self._factor if factor is None else factor
         self._origin, self._taken = now, 0
@@ -116,17 +116,14 @@ class Pacer:
         return self._take(self._untaken(now))
 
     def stop(self, now: float) -> int:
-        """Return the steps of the last wake-up before a pause.
-
-        Further ones that are due are dropped.
-        """
+        """Return the number of steps to take before a pause; further due steps are dropped."""
         due = self.due(now)
         self._drop(max(self._untaken(now), 0))
         self._begun = min(max(self._over(now) - self._taken, 0.0), 1.0)
         return due
 
     def continue_counts(self, before: "Pacer") -> None:
-        """Continue another pacer's counts, which begin at the configuration of the scene."""
+        """Take over the counts of another pacer, so that they last from configure to cleanup."""
         self.total, self.lateness = before.total, before.lateness
 
     def recent(self) -> Pacing:
@@ -138,7 +135,7 @@ class Pacer:
         return (now - self._origin) * self._factor / self._step + self._begun
 
     def _untaken(self, now: float) -> int:
-        # Rounded up slightly: a wake-up exactly on time has all its steps due.
+        # The small addition lets all steps be due at a wake-up that is exactly on time.
         return math.floor(self._over(now) + 1e-6) - self._taken
 
     def _take(self, due: int) -> int:
@@ -156,7 +153,7 @@ class Pacer:
 
 
 class Ticker:
-    """Clock of periodic ticks, which stay on their grid; several overdue ticks count as one.
+    """Source of periodic ticks on a fixed grid of times; several overdue ticks count as one.
 
     Args:
         period: time between two ticks [s].
@@ -166,15 +163,15 @@ class Ticker:
     def __init__(self, period: float, now: float) -> None:
         self.period = period
         self.lost = 0
-        """Ticks that were not made in time: a later one stood for them."""
+        """Number of ticks that were replaced by a later one."""
         self._origin, self._next, self._last, self._gap = now, 1, now, 0.0
 
     def wait(self, now: float) -> float:
-        """Time until the next tick [s]."""
+        """Return the time until the next tick [s]."""
         return max(self._origin + self._next * self.period - now, 0.0)
 
     def due(self, now: float) -> bool:
-        """Return whether a tick is due now; a due tick counts as made."""
+        """Return whether a tick is due now, and if so advance to the next one."""
         passed = math.floor((now - self._origin) / self.period + 1e-9)
         if passed < self._next:
             return False
@@ -184,8 +181,8 @@ class Ticker:
         return True
 
     def warning(self) -> str:
-        """Text on the longest time without a tick since the last call; empty if it was short."""
+        """Return a warning of a long time without ticks since the last call; empty if none."""
         gap, self._gap = self._gap, 0.0
         if gap <= max(STILL, 2.0 * self.period):
             return ""
-        return f"no tick for {gap:.3g} s: this process was kept from running"
+        return f"no tick for {gap:.3g} s: this process was not able to run"

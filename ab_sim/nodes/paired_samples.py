@@ -14,7 +14,7 @@ MOST_WAITING = 4096
 
 
 class SpindleSample(NamedTuple):
-    """The spindle at one instant."""
+    """Sample of the spindle's motion."""
 
     time: int
     """Time by the drive's clock [ns]."""
@@ -24,10 +24,10 @@ class SpindleSample(NamedTuple):
     """Speed [rad/s]."""
 
     def until(self, later: "SpindleSample", time: int) -> tuple[float, float]:
-        """Return angle and speed at a time between this and a later sample.
+        """Return angle [rad] and speed [rad/s] at a time between this and a later sample [ns].
 
         The angle is the cubic through both angles and speeds, which is exact for constant
-        acceleration. Whole turns missing from angles that are given within a turn are restored.
+        acceleration. Angles reported within one turn may lack whole turns, which are added.
         """
         h = (later.time - self.time) * 1e-9
         s = (time - self.time) * 1e-9 / h
@@ -43,22 +43,25 @@ class SpindleSample(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """Reading of the sensor at one instant."""
+    """Reading of a vibration sensor."""
 
     time: int
     """Time by the drive's clock [ns]."""
     first: float
+    """Value along the first axis, in the sensor's unit."""
     second: float
+    """Value along the second axis, in the sensor's unit."""
 
 
 class PairedSamples:
-    """Passes each reading on, in order, as soon as the spindle is known at its time.
+    """Combines each reading with the spindle's motion at its time, and passes them on in order.
 
-    Samples that are not finite are ignored. If time runs back, the drive was reset, and waiting
+    Samples that are not finite are ignored. If time decreases, the drive was reset, and waiting
     readings are dropped.
 
     Args:
-        hand_on: called with time [s], angle, speed, and the two readings.
+        hand_on: function that is called with time [s], angle [rad], speed [rad/s], and the two
+            values of the reading.
     """
 
     def __init__(self, hand_on: Callable[[float, float, float, float, float], None]) -> None:
@@ -67,7 +70,7 @@ class PairedSamples:
         self._before: SpindleSample | None = None
         self._last: SpindleSample | None = None
         self.unpaired = 0
-        """Number of readings at whose time the spindle was unknown."""
+        """Number of dropped readings, at whose times the spindle's motion was unknown."""
 
     def spindle(self, sample: SpindleSample) -> None:
         """Process a sample of the spindle."""
@@ -106,7 +109,7 @@ class PairedSamples:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Continue from a state of ``state``."""
+        """Restore a state that ``state`` returned."""
         before, last = (
             None
             if sample is None

@@ -1,4 +1,4 @@
-"""Parameters of a node as a table: meaning, unit, range, and whether they may change later."""
+"""Parameters of a node as a table: meaning, unit, range, and whether they may change."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from ab_sim.scene.units import NO_UNIT
 Values = Mapping[str, Any]
 """Values of parameters by name."""
 _DEFAULTS: WeakKeyDictionary[Node, dict[str, Any]] = WeakKeyDictionary()
-"""Defaults of the parameters that each node has declared, by name; ROS does not keep them."""
+"""Defaults of the declared parameters of each node, by name; ROS does not store them."""
 _ROS_DEFAULTS = {"use_sim_time": False, "start_type_description_service": True}
 """Defaults of the parameters that ROS declares for every node."""
 
@@ -40,20 +40,22 @@ class ParameterSpec(NamedTuple):
 
     name: str
     default: Any
-    """Default value, which sets the type. An int is accepted for a float, a text for a list of
-    texts."""
+    """Default value, which determines the type. An int is accepted for a float, and a text for a
+    list of texts."""
     meaning: str
-    """One line for people."""
+    """One line for users."""
     unit: str = ""
+    """Unit; empty if the value is not a number."""
     allowed: tuple[float, float] | None = None
-    """Least and greatest allowed value."""
+    """Smallest and largest allowed value; None: no limits."""
     choices: Sequence[str] = ()
+    """Allowed texts; empty: any."""
     fixed: bool = False
-    """True if the value does not change while the node lives."""
+    """True if the value cannot change after the node's start."""
 
     @property
     def allowed_text(self) -> str:
-        """Allowed values in words, for messages."""
+        """Description of the allowed values, for messages."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
         if self.allowed is None:
@@ -62,10 +64,10 @@ class ParameterSpec(NamedTuple):
         return f"{_kind(self.default)} from {self.allowed[0]:g} to {self.allowed[1]:g}{unit}"
 
     def checked(self, raw: Any) -> Any:
-        """Return the value converted to the default's type.
+        """Return a value converted to the default's type.
 
         Raises:
-            InputError: the value has another type, or is not allowed.
+            InputError: the value cannot be converted, or is not allowed.
         """
         value = _converted(raw, self.default)
         allowed = value is not None and (not self.choices or value in self.choices)
@@ -76,16 +78,16 @@ class ParameterSpec(NamedTuple):
         return value
 
     def declare(self, node: Node) -> Any:
-        """Declare the parameter and return its value.
+        """Declare the parameter at a node, and return its value.
 
         Raises:
-            InputError: as ``checked``.
+            InputError: the value cannot be converted, or is not allowed.
         """
         descriptor = ParameterDescriptor(
             description=self.meaning + (f" [{self.unit}]" if self.unit else ""),
             additional_constraints=self.allowed_text if self.choices else "",
             read_only=self.fixed,
-            # Types are checked here: ROS would refuse 250 for a parameter with the default 250.0.
+            # `checked` checks the type: ROS would refuse 250 for the default 250.0.
             dynamic_typing=True,
         )
         if self.allowed is not None:
@@ -117,17 +119,17 @@ LOAD = ParameterSpec(
 
 
 class Parameters:
-    """The parameters of a node: declared from a table, and validated before they are changed.
+    """Parameters of a node: declared from a table, and validated before they are changed.
 
-    ROS itself ignores values for undeclared parameters; here they are refused.
+    ROS ignores values for undeclared parameters; here they are refused.
 
     Args:
         node: node of the parameters.
-        specs: all its parameters.
+        specs: all parameters of the node.
 
     Raises:
         InputError: a value has another type or is not allowed, or a parameter does not exist; the
-            message names the nearest.
+            message has the nearest name.
     """
 
     def __init__(self, node: Node, specs: Iterable[ParameterSpec]) -> None:
@@ -145,9 +147,10 @@ class Parameters:
         """Accept changes from now on.
 
         Args:
-            validate: raises an AbSimError if the new set of values is not allowed; it has no side
-                effects, and the values are then left unchanged.
-            apply: called with the old and the new values, after ``values`` has the new ones.
+            validate: function without side effects that raises an AbSimError if the new values are
+                not allowed together; the values then remain unchanged.
+            apply: function that is called with the old and the new values, after a change of
+                ``values``.
         """
 
         def validated(parameters: list[Parameter[Any]]) -> SetParametersResult:
@@ -166,7 +169,7 @@ class Parameters:
         self._node.add_post_set_parameters_callback(applied)
 
     def _with(self, parameters: list[Parameter[Any]]) -> dict[str, Any]:
-        """Return all values with some changed; parameters declared elsewhere are ignored.
+        """Return all values, some of them changed; ignore parameters that others declared.
 
         Raises:
             InputError: a value has the wrong type or is not allowed, or a parameter is deleted.
@@ -188,9 +191,10 @@ QOS_POLICIES: dict[str, Sequence[str]] = {
     "depth": (),  # a number
 }
 ALIKE = 0.8
-"""Similarity above which a parameter of a section for all nodes may be a misspelt one of ours."""
+"""Similarity above which an unknown parameter in a section for all nodes may be a misspelt one of
+this node."""
 PARAMETERS = "parameters"
-"""Key of a node's diagnostics, and first word of the log entry, with its parameters."""
+"""Key in a node's diagnostics, and first word of the log entry, with its changed parameters."""
 
 
 def _refuse_undeclared(node: Node) -> None:
@@ -210,13 +214,13 @@ def _refuse_undeclared(node: Node) -> None:
         else:
             raise InputError(
                 f"parameter {name}: {node.get_fully_qualified_name()} has none of that name"
-                f"{nearest(name, declared)}; it has {', '.join(declared)}; one that is for other "
-                "nodes goes into a file, under their names"
+                f"{nearest(name, declared)}; it has {', '.join(declared)}; parameters of other "
+                "nodes go into a parameter file, under the nodes' names"
             )
     if foreign:
         node.get_logger().warning(
-            f"parameter {', '.join(sorted(foreign))}: ignored; it stands in a section for all "
-            f"nodes, and {node.get_fully_qualified_name()} has none of that name"
+            f"parameter {', '.join(sorted(foreign))}: ignored; it is in a section for all nodes, "
+            f"and {node.get_fully_qualified_name()} has none of that name"
         )
 
 
@@ -224,7 +228,7 @@ def _shared_parameters(arguments: Sequence[str]) -> set[str]:
     """Return the parameters in sections for several nodes, such as `/**`, of parameter files.
 
     Args:
-        arguments: command line, which ROS has accepted.
+        arguments: command line that ROS has accepted.
     """
     parameter_names, names = set[str](), set[str]()
     for flag, value in itertools.pairwise(arguments):
@@ -239,7 +243,7 @@ def _shared_parameters(arguments: Sequence[str]) -> set[str]:
 
 
 def _flat(parameters: Mapping[str, Any]) -> Iterator[str]:
-    """Yield names as ROS has them: those of nested sections with dots."""
+    """Yield the names of parameters; as in ROS, those in nested sections contain dots."""
     for name, value in parameters.items():
         if isinstance(value, Mapping):
             yield from (f"{name}.{inner}" for inner in _flat(value))
@@ -248,18 +252,18 @@ def _flat(parameters: Mapping[str, Any]) -> Iterator[str]:
 
 
 def changed_parameters(node: Node) -> str:
-    """Return the parameters that differ from their defaults now, with their values."""
+    """Return a text with the parameters that differ from their defaults, and their values."""
     defaults = _DEFAULTS.get(node, _ROS_DEFAULTS)
     changed = [
         f"{name} = {value!r}"
         for name, value in sorted(_values(node).items())
         if name not in defaults or value != defaults[name]
     ]
-    return f"{', '.join(changed)}; others as by default" if changed else "all as by default"
+    return f"{', '.join(changed)}; others have their defaults" if changed else "all defaults"
 
 
 def _values(node: Node) -> dict[str, Any]:
-    """Return the declared parameters, without those of topics' QoS."""
+    """Return the values of the declared parameters, without the QoS of topics."""
     declared = node.get_parameters_by_prefix("")
     return {name: declared[name].value for name in declared if "." not in name}
 
@@ -268,24 +272,24 @@ def whole_ratio(long: float, short: float, meaning: str) -> int:
     """Return the ratio ``long`` / ``short``, which must be an integer.
 
     Raises:
-        InputError: the ratio is not an integer; the message names both.
+        InputError: the ratio is not an integer; the message begins with ``meaning``.
     """
     ratio = long / short
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
         raise InputError(
             f"{meaning}: {long:.10g} s must be a whole number of times {short:.10g} s; "
-            f"a rate of {1 / (max(round(ratio), 1) * short):g} 1/s would do"
+            f"for example, use a rate of {1 / (max(round(ratio), 1) * short):g} 1/s"
         )
     return round(ratio)
 
 
 def path_of(text: str) -> Path:
-    """Return the path in a parameter, with ``~`` expanded."""
+    """Return the path that a parameter contains, with ``~`` expanded."""
     return Path(os.path.expanduser(text))
 
 
 def recording_file(path: str) -> Path:
-    """Return the file in a recorder's parameter ``path``, and create its folder.
+    """Return the file of a recorder's parameter ``path``, and create its folder.
 
     Raises:
         InputError: the file is not an .rrd file, or cannot be written.
@@ -301,7 +305,7 @@ def recording_file(path: str) -> Path:
 
 
 def recording_folder(path: str) -> Path:
-    """Return the folder in a recorder's parameter ``bag``, and create its parents.
+    """Return the folder of a recorder's parameter ``bag``, and create its parents.
 
     Raises:
         InputError: the folder cannot be written, or a file has its name.
@@ -320,7 +324,7 @@ def recording_folder(path: str) -> Path:
 
 
 def _check_override(name: str, value: Any) -> None:
-    """Refuse an unknown QoS policy, which ROS ignores, and a wrong value, for which it raises."""
+    """Refuse an unknown QoS policy, which ROS would ignore, and an invalid value."""
     _, _, end_and_policy = name.removeprefix(QOS).partition(".")
     end, _, policy = end_and_policy.partition(".")
     if end not in ("publisher", "subscription") or policy not in QOS_POLICIES:
@@ -341,7 +345,7 @@ def _kind(default: Any) -> str:
 
 
 def _converted(value: Any, default: Any) -> Any:
-    """Return the value converted to the default's type, or None."""
+    """Return a value converted to the default's type; None if that is impossible."""
     if isinstance(default, list):
         texts = [value] if isinstance(value, str) else [] if value is None else value
         alike = isinstance(texts, Iterable) and all(isinstance(text, str) for text in texts)

@@ -7,24 +7,25 @@ from pathlib import Path
 
 from ab_sim.nodes import discovery
 
-# The DDSI-RTPS specification, 9.6.2: the unicast port for discovery of each participant.
+# DDSI-RTPS specification, 9.6.2: the port for unicast discovery of a participant is BASE
+# + PER_DOMAIN domain + FIRST + PER_PARTICIPANT participant.
 BASE, PER_DOMAIN, FIRST, PER_PARTICIPANT = 7400, 250, 10, 2
 SOCKETS = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
 MEMORY = Path("/dev/shm")
-"""Folder of shared memory."""
+"""Folder of the files of shared memory."""
 FILLED = 2.0
-"""Age by which Fast DDS has filled a new file of shared memory [s]."""
+"""Age at which Fast DDS has written a new file of shared memory [s]."""
 READS = 5
-"""Number of reads of the system's tables, which the system writes page by page. While sockets come
-and go, a read may miss others: with three busy programs, 83 of 1,000 reads missed some of 100
-sockets; none of as many groups of five reads did."""
+"""Number of reads of each socket table. The system writes the tables page by page, so that a read
+may miss sockets while others open or close. With three busy programs, 83 of 1,000 reads missed some
+of 100 sockets; none of 1,000 groups of five reads did."""
 
 
 def participants_here() -> int | None:
-    """Return the number of participants on our domain, this process included; None if unknown.
+    """Return the number of participants on this domain, with this process; None if unknown.
 
-    It is known if discovery is limited to this machine: each participant has a port given by the
-    DDSI specification.
+    Each participant on this machine has a port that the DDSI specification determines. The number
+    is known only if discovery is limited to this machine.
     """
     if not discovery.ends_here():
         return None
@@ -33,9 +34,10 @@ def participants_here() -> int | None:
 
 
 def unheard_users() -> str:
-    """Return a warning if other users' participants are on our domain, else an empty text.
+    """Return a warning if other users' participants are on this domain, else an empty text.
 
-    Discovery finds them by UDP. Data go through shared memory, which belongs to one user.
+    Such participants discover each other over UDP, but exchange no data: data go through shared
+    memory, which belongs to one user.
     """
     if discovery.has_udp_only():
         return ""
@@ -44,8 +46,8 @@ def unheard_users() -> str:
         return ""
     return (
         f"programs of {', '.join(users)} are on ROS_DOMAIN_ID {_domain()}, and this one is of "
-        f"{_name(os.getuid())}: Fast DDS's shared memory keeps users apart, and neither hears the "
-        "other; run them as one user, or each with "
+        f"{_name(os.getuid())}: they exchange no data, because Fast DDS's shared memory belongs to "
+        "one user; run them as one user, or each with "
         f"{discovery.DISCOVERY_RANGE}=SUBNET {discovery.TRANSPORTS}=UDPv4"
     )
 
@@ -53,8 +55,8 @@ def unheard_users() -> str:
 def stuck_ports() -> str:
     """Return a warning if empty files block Fast DDS's shared memory, else an empty text.
 
-    A process that is killed while it makes such a file leaves it empty; each new participant on the
-    domain then waits for it.
+    A process that is killed while it creates a file of a port leaves the file empty. Each new
+    participant on the domain then waits for its content.
     """
     begin = BASE + PER_DOMAIN * _domain()
     ports = range(begin, begin + PER_DOMAIN)
@@ -68,13 +70,13 @@ def stuck_ports() -> str:
         return ""
     return (
         f"{' '.join(stuck)}: empty, left by a process that was killed; programs that start on "
-        f"ROS_DOMAIN_ID {_domain()} may wait for ever. End all programs of this domain, remove "
-        f"the file by `rm {' '.join(stuck)}`, and start them again; or take another domain"
+        f"ROS_DOMAIN_ID {_domain()} may wait forever. End all programs of this domain, remove "
+        f"the file by `rm {' '.join(stuck)}`, and start them again; or use another domain"
     )
 
 
 def _stays_empty(file: Path) -> bool:
-    """Return whether a file is empty, and still is when Fast DDS would have filled it."""
+    """Return whether a file is empty, and still empty when Fast DDS should have written it."""
     try:
         status = file.stat()
         if status.st_size == 0:
@@ -97,7 +99,7 @@ def _name(user: int) -> str:
 
 
 def _sockets() -> dict[int, int] | None:
-    """Return the user of each participant on our domain by its port; None if unknown."""
+    """Return the user id of each participant on this domain, by port; None if unknown."""
     try:
         first = BASE + PER_DOMAIN * _domain() + FIRST
         files = [file for file in SOCKETS if file.exists()]
@@ -111,6 +113,6 @@ def _sockets() -> dict[int, int] | None:
 
 
 def _socket(line: str) -> tuple[int, int]:
-    """Return port and user of a socket: the second word is address and port, in hexadecimal."""
+    """Return port and user id from a line of a socket table."""
     words = line.split()
     return int(words[1].rpartition(":")[2], 16), int(words[7])

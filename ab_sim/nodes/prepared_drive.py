@@ -1,4 +1,4 @@
-"""A scene prepared for a live run: all compiling and measuring is done in advance."""
+"""Preparation of a scene for a live run: everything that takes long is done in advance."""
 
 import contextlib
 import copy
@@ -22,25 +22,30 @@ LONGEST_CHECK = 0.25
 
 
 class Rates(NamedTuple):
-    """Rates and delays of the loop."""
+    """Rates of the main loop, and limits of its lag."""
 
     wake: float
-    """Wake-ups per second."""
+    """Number of wake-ups per second [1/s]."""
     per_state: int
-    """Wake-ups per publication of the state."""
+    """Number of wake-ups per publication of the state."""
     per_block: int
-    """Wake-ups per block."""
+    """Number of wake-ups per block of samples."""
     patience: float
     """Lag beyond which steps are dropped [s]."""
     catch_up: float
-    """Largest number of steps at one wake-up, in wake-ups."""
+    """Largest number of steps at one wake-up, in multiples of its usual number."""
 
 
 def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
-    """Return the scene that parameters name, if it can be run at these rates.
+    """Return the scene that parameters name.
+
+    Args:
+        name: name or file of the scene.
+        changes: changes to the scene, each ``key=value``.
+        rates: rates of the main loop.
 
     Raises:
-        SceneError, InputError: the scene does not exist, or cannot be run.
+        SceneError, InputError: the scene does not exist, or cannot be run at these rates.
     """
     scene = load_scene(name, filter(None, changes))
     if scene.accuracy is None:
@@ -49,14 +54,14 @@ def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
 
 
 class PreparedDrive:
-    """A scene with everything needed to run it.
+    """Scene with everything that is needed to run it live.
 
     Args:
         scene: scene to run.
-        rates: rates of the loop.
-        share: share of the loop's work for error checks; 0: no checks.
+        rates: rates of the main loop.
+        share: fraction of the loop's CPU time for error checks; 0: no checks.
         tolerance: limits beyond which there is a warning.
-        say: receives texts on long work.
+        say: function that logs a text on long work.
     """
 
     def __init__(
@@ -84,12 +89,12 @@ class PreparedDrive:
         self._warm_up()
 
     def altered(self, scene: Scene, faults: tuple[Fault, ...], share: float) -> "PreparedDrive":
-        """Return another drive with the same effects, at the same pace and measured cost.
+        """Return a prepared drive with other values or faults, but the same solver and pacer.
 
         Args:
-            scene: scene with the solver of the present one.
-            faults: all faults of the drive.
-            share: share of the loop's work for error checks.
+            scene: scene with the effects and the solver of the present one.
+            faults: all faults of the new drive.
+            share: fraction of the loop's CPU time for error checks; 0: no checks.
 
         Raises:
             SceneError: the scene cannot be run.
@@ -110,9 +115,9 @@ class PreparedDrive:
         return self.drive.steps * self.step_ns
 
     def checks_for(self, share: float) -> LiveChecks | None:
-        """Return error checks of the drive.
+        """Return new error checks of the drive; None if there is no share of the CPU time for them.
 
-        None for a slipping disc, whose jerks end each window.
+        Also return None for a slipping disc, because its jerks interrupt each check.
         """
         if not share or any(fault.verb == "slips" for fault in self.drive.faults):
             return None
@@ -124,7 +129,7 @@ class PreparedDrive:
         return describe(self.scene, None if work_precision is None else work_precision.report())
 
     def words(self) -> str:
-        """Return the description in words."""
+        """Return a description of scene and solver as one line of text."""
         scene, drive = self.scene, self.drive
         chosen = scene.solver.stepper == AUTO or self.work_precision is not None
         reason = f" ({self.health.stepper_chosen})" if chosen else ""
@@ -132,10 +137,10 @@ class PreparedDrive:
         return f"{scene.name}: {what}; {drive.stepper.name} at {drive.step:g} s{reason}"
 
     def _warm_up(self) -> None:
-        # Compiling inside the real-time loop would stop it: call everything once that the loop will
-        # call.
+        # Call once everything that the loop calls: its first call compiles code, which would make
+        # the loop late.
         drive = self.drive
-        with contextlib.suppress(DivergedError):  # the loop will detect and report it
+        with contextlib.suppress(DivergedError):  # the loop detects and reports it again
             drive.advance(self.per_wake)
             drive.command(drive.servo.max_speed)
             drive.advance(self.per_wake)

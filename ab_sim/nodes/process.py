@@ -1,4 +1,4 @@
-"""Life of a node in its process: start, executor thread, orderly exit on Ctrl-C and SIGTERM."""
+"""Process of a node: start, executor thread, orderly exit on Ctrl-C and SIGTERM."""
 
 import contextlib
 import ctypes
@@ -21,12 +21,12 @@ from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.leaving import leave_graph
 
 LINGER = 0.5
-"""Time for subscribers to receive the last messages [s]."""
+"""Longest time for subscribers to receive the last messages [s]."""
 ENOUGH = 0.5
-"""Time for a running callback to return at the exit of the node [s]."""
+"""Longest time for a running callback to return when the node exits [s]."""
 TURN = 0.5e-3
 """Time for which a thread may keep Python's lock while another one waits [s]. Python's default of 5
-ms is longer than a wake-up period: a flood of requests would delay the loop by that."""
+ms is longer than a wake-up period, so that a flood of requests would delay the main loop."""
 _ARENA_MAX = -8
 """M_ARENA_MAX of glibc's malloc.h."""
 SomeNode = TypeVar("SomeNode", bound=Node)
@@ -40,14 +40,15 @@ def run_node(
 ) -> None:
     """Create a node, serve its callbacks in a thread, run ``loop``, and exit the process.
 
-    Bad input exits with one message and the error's exit code. Ctrl-C and SIGTERM exit at once,
-    with code 128 + the signal's number, while Python imports. Later they exit in order with 0, and
-    a second signal (after ``interruption.ONE_WISH``) exits at once.
+    An AbSimError is printed as one message, and exits with its code. While Python imports, Ctrl-C
+    and SIGTERM exit immediately, with code 128 + the signal's number. Later they exit in order with
+    0, and a second signal (after ``interruption.ONE_WISH``) exits immediately.
 
     Args:
-        make: creates the node; rclpy is initialised before, and must not be initialised earlier.
-        loop: runs in the main thread until its event is set. ROS still works then, so that the loop
-            can publish its last messages.
+        make: function that creates the node. rclpy is initialised before its call, and must not
+            have been initialised by the caller.
+        loop: function that runs in the main thread until its event is set. It can then still
+            publish its last messages.
         arguments: program and arguments; default: those of the process.
     """
     interruption.watch()
@@ -55,15 +56,15 @@ def run_node(
     code, has_left = 0, True
     try:
         init_ros(arguments)
-        # From before the DDS participant exists: a participant that does not leave in order stays
-        # in the graph of others until its lease expires, 20 s later.
+        # Before the DDS participant is created: if it did not leave in order, peers would see it
+        # until its lease expires, 20 s later.
         with interruption.in_order() as stopping:
             node = _made(make)
             try:
                 try:
                     with _answering(node, stopping):
                         loop(node, stopping)
-                finally:  # an error's last messages matter most
+                finally:  # also after an error, whose messages matter most
                     _let_last_words_out(node)
             finally:
                 has_left = leave_graph(node)
@@ -82,7 +83,7 @@ def _made(make: Callable[[], SomeNode]) -> SomeNode:
     """Create a node.
 
     Raises:
-        InputError: a parameter of ROS's own, such as use_sim_time, has a value of another type.
+        InputError: a parameter that ROS defines, such as use_sim_time, has a value of another type.
     """
     try:
         return make()
@@ -91,11 +92,11 @@ def _made(make: Callable[[], SomeNode]) -> SomeNode:
 
 
 def share_heaps() -> None:
-    """Limit glibc's malloc to the existing heaps.
+    """Limit glibc's malloc to one heap for all threads.
 
-    glibc creates up to eight heaps for each core over time, and memory freed in one of them is not
-    reused by others: memory use grows for hours. Threads may then wait for each other, so this does
-    not suit real-time loops.
+    By default, glibc creates up to eight heaps per core over time. Memory freed in one heap is not
+    reused by others, so that memory use grows for hours. With one heap, threads may wait for each
+    other, so this is not for real-time loops.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
@@ -112,7 +113,7 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
 
     def spin() -> None:
         try:
-            # Without a finite timeout this executor cannot be stopped.
+            # Without a finite time-out, this executor cannot be stopped.
             while not done.is_set():
                 executor.spin_once(timeout_sec=0.2)
         except BaseException as failure:
@@ -127,7 +128,8 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
         done.set()
         executor.wake()
         thread.join(ENOUGH)
-        # Work that is still running, such as compiling a scene, ends with the process.
+        # A callback that is still running, e.g. compiling a scene, uses the executor: it ends with
+        # the process.
         if not thread.is_alive():
             executor.shutdown()
     if failures:

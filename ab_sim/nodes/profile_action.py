@@ -1,4 +1,4 @@
-"""The action ``~/run``: one goal at a time runs a profile to its end, with feedback."""
+"""Action ``~/run`` of the profile controller: runs a profile to its end, with feedback."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from ab_msgs_py.actions import Asked, Outcome, Progress
 from ab_sim.nodes.goal_server import Goal, GoalServer
 
 FEEDBACK_PERIOD = 0.1
-"""Time between two feedback messages without other events [s]."""
+"""Time between two feedback messages if the status does not change [s]."""
 GOODBYE = 1.0
-"""Time for the last result to be sent when the node exits [s]."""
+"""Longest time for the last result to be sent when the node exits [s]."""
 LINGER = 0.3
-"""Time for the last result to arrive [s]."""
+"""Time for the last result to arrive at the client [s]."""
 
 
 class ProfileAction:
-    """Serves the action; if its package is not built, there is no action, and the log reports it.
+    """Serves the action, one goal at a time; if its package is not built, logs this instead.
 
-    A goal that cannot be run is accepted and aborted at once: ROS's refusal of a goal has no text,
-    but a result has one. A goal whose client has vanished is run to its end.
+    A goal that cannot be run is accepted and immediately aborted, because in ROS the refusal of a
+    goal has no text, but a result has. A goal whose client has exited is run to its end.
 
     Args:
         node: node that offers the action.
-        start: starts the profile of a goal; returns the reason if it does not.
-        cancel: ramps down; returns whether there was a profile to ramp down.
+        start: function that starts the profile of a goal, and returns the reason if it cannot.
+        cancel: function that ramps down, and returns whether a profile was running.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class ProfileAction:
         self._server = GoalServer(node, kind, actions.RUN, self._accepted, self._asked_to_cancel)
 
     def tell(self, progress: Callable[[], Progress], status: str) -> None:
-        """Send feedback to the goal's client, if it is due or the status is new."""
+        """Send feedback to the goal's client if it is due, or if the status has changed."""
         now = time.monotonic()
         anew = status != self._said
         if self._goal is not None and (anew or now - self._told >= FEEDBACK_PERIOD):
@@ -55,7 +55,7 @@ class ProfileAction:
             self._goal.publish_feedback(actions.feedback_of(progress()))
 
     def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:
-        """Set the result of the goal, if the profile was run for one."""
+        """Set the result of the present goal, if there is one; ``well``: it has succeeded."""
         goal, self._goal = self._goal, None
         if goal is not None:
             self._end(goal, well, outcome())
@@ -63,19 +63,19 @@ class ProfileAction:
                 executor.create_task(self._left.set)  # after the result has been sent
 
     def end(self, outcome: Callable[[], Outcome]) -> None:
-        """End a goal when the node exits; for the thread that does not serve callbacks."""
+        """End the present goal when the node exits; call it in another thread than callbacks."""
         if self._goal is not None:
             self._left.clear()
             self.finish(False, outcome)
             self._left.wait(GOODBYE)
-            # There is no acknowledgement of an answer, and it is lost if its sender exits too soon.
+            # An answer is not acknowledged, and is lost if its sender exits too soon.
             time.sleep(LINGER)
 
     def _accepted(self, goal: Goal) -> None:
         goal.execute()
         refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
         if not refusal:
-            # set before the start, because the profile may be over at once
+            # Set before the start, because the profile may end immediately.
             self._goal, self._told = goal, -math.inf
             if refusal := self._start(actions.asked_of(goal.request)):
                 self._goal = None

@@ -1,4 +1,4 @@
-"""`profile_controller`: runs a start-up profile by a trajectory, or by one command per period."""
+"""`profile_controller`: commands a speed profile, as a trajectory or by one speed per period."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from ab_sim.scene.profile_file import load_profile
 REPORT_PERIOD = 1.0
 """Time between two diagnostics messages [s]."""
 GLANCE = 0.05
-"""Time between two checks of subscribers and status [s]."""
+"""Time between two checks for changes of subscribers and status [s]."""
 RECORDER = "recorder"
 """Name of the node that subscribes to commands without obeying them."""
 LATE = 5
-"""Number of times that a trajectory may arrive too late before the profile is aborted."""
+"""Number of times that a late trajectory is sent again before the profile is aborted."""
 DISCOVERY = 0.5
-"""Time for the discovery of a drive's subscription to trajectories [s]."""
+"""Longest time for the discovery of a drive's subscription to trajectories [s]."""
 NOT_SIMULATED = (
-    "use_sim_time is not set: only a simulated drive can be put back; start this node with it"
+    "use_sim_time is not set: only a simulated drive can be restored; start this node with it"
 )
 
 PROFILE_PARAMETERS = (
@@ -51,7 +51,7 @@ PROFILE_PARAMETERS = (
         "profile",
         "thesis-hold",
         "scene with a profile (name or YAML file), YAML file of a profile, or its text in braces; "
-        "it is read at once and takes effect at the next ~/start",
+        "it is read immediately, and takes effect at the next ~/start",
     ),
     ParameterSpec(
         "changes",
@@ -64,7 +64,7 @@ PROFILE_PARAMETERS = (
         "file (.json) that ~/save_snapshot writes and ~/restore_snapshot reads",
     ),
     ParameterSpec(
-        "command_rate", 1.0 / PERIOD, "rate of commands", "1/s", (1.0, 1000.0), fixed=True
+        "command_rate", 1.0 / PERIOD, "rate of speed commands", "1/s", (1.0, 1000.0), fixed=True
     ),
     ParameterSpec(
         "auto_start", False, "start as soon as a drive is found, without ~/start", fixed=True
@@ -72,7 +72,7 @@ PROFILE_PARAMETERS = (
     ParameterSpec(
         "abort_deceleration",
         0.0,
-        "deceleration after ~/abort; 0: the profile's largest",
+        "deceleration after ~/abort; 0: the profile's largest acceleration",
         "rad/s^2",
         (0.0, 1e9),
         fixed=True,
@@ -80,7 +80,8 @@ PROFILE_PARAMETERS = (
     ParameterSpec(
         "vibration_timeout",
         SILENCE,
-        "time without a valid vibration sample that a condition needs, after which it aborts",
+        "longest time without a valid vibration sample while a condition needs one; then the "
+        "profile is aborted",
         "s",
         (0.001, 1e4),
         fixed=True,
@@ -89,7 +90,7 @@ PROFILE_PARAMETERS = (
         "lead_time",
         0.1,
         "simulated time from ~/start to the beginning of a profile that is sent as a trajectory, "
-        "within which it must reach the drive; 0 for a drive whose time stands still",
+        "which must reach the drive within this time; 0 for a drive whose time is paused",
         "s",
         (0.0, 10.0),
         fixed=True,
@@ -99,12 +100,12 @@ PROFILE_PARAMETERS = (
 
 
 class ProfileController(BaseNode):
-    """Start-up firmware: commands the speeds of a profile.
+    """Node that commands the speeds of a profile, as start-up firmware does.
 
-    With ``use_sim_time`` it follows the simulator's time. A profile that is known in advance is
-    then sent ahead of time, as a trajectory, so that the arrival times of messages do not matter.
-    Otherwise, and if no node subscribes to trajectories, it sends one speed per period, by the
-    steady clock without ``use_sim_time``.
+    With ``use_sim_time``, the node follows simulated time. It then sends a profile that is known in
+    advance as a trajectory, ahead of time, so that the arrival times of messages do not matter.
+    Otherwise, or if no node subscribes to trajectories, it sends one speed per period. Without
+    ``use_sim_time``, periods are those of the steady clock.
     """
 
     def __init__(self) -> None:
@@ -124,7 +125,7 @@ class ProfileController(BaseNode):
         self._published = 0
         self._ended = False
         self._sent: SetPoints | None = None
-        """Trajectory that the drive follows at present; None: it follows speeds."""
+        """Trajectory that the drive follows at present; None if it follows speed commands."""
         self._late = 0
 
         self._command = topics.COMMAND.publisher(self)
@@ -141,12 +142,13 @@ class ProfileController(BaseNode):
         self._action = ProfileAction(self, self._start_goal, self._cancel_goal)
         self._ticker: Ticker | None = None
         if self._simulated:
-            # Every message is read: a ROS timer has its own phase, so the same run would have its
-            # commands at other times.
+            # Commands depend on each clock message: a ROS timer has its own phase, so that two
+            # equal runs would have commands at different times.
             topics.CLOCK.subscription(self, self._hear_clock)
             topics.DIAGNOSTICS.subscription(self, self._hear_drive)
         self._waits = values["auto_start"]
-        # Last: it says that it waits, and who has read that may end the node in order.
+        # Last, because it reports that the node is waiting: from then on, the node must be able to
+        # exit in order.
         self._timed = TimedRun(self._period, self._simulated, self._say, self._warn)
         self._inputs = ProfileSubscriptions(
             self, lambda: self._timed.execution, lambda: self._now * 1e-9
@@ -155,7 +157,7 @@ class ProfileController(BaseNode):
         self._settings.accept_changes(self._judge, self._apply)
 
     def start(self) -> Answer:
-        """Run the profile of the parameters from its beginning, now."""
+        """Start the profile of the parameters from its beginning."""
         with self._lock:
             if refusal := self._begin(self._next):
                 return False, refusal
@@ -170,11 +172,11 @@ class ProfileController(BaseNode):
                 return False, refusal
             if before is ProfileState.WAITING:
                 self._waits = False
-                return True, "waiting no more"
+                return True, "no longer waiting"
             return True, "ramping down to standstill"
 
     def save_snapshot(self) -> Answer:
-        """Save the present state to a file."""
+        """Save the present state to the file of the parameter `snapshot`."""
         path = path_of(self._settings.values["snapshot"])
         if not self._simulated:
             return False, NOT_SIMULATED
@@ -185,7 +187,10 @@ class ProfileController(BaseNode):
         return True, f"{path}: t = {snapshot.time * 1e-9:.9g} s, {status}"
 
     def restore_snapshot(self) -> Answer:
-        """Continue from the state in a file, as soon as the drive has reached its time."""
+        """Restore the state in the file of the parameter `snapshot`.
+
+        The profile continues when the drive has reached the time of the snapshot.
+        """
         path = path_of(self._settings.values["snapshot"])
         if not self._simulated:
             return False, NOT_SIMULATED
@@ -207,12 +212,12 @@ class ProfileController(BaseNode):
                     self._sent = set_points_of(plan.schedule, snapshot.trajectory)
             self._tick()
             there = f"t = {snapshot.time * 1e-9:.9g} s"
-            waits = f"; waits for the drive to be put back to {there}" if self._timed.waits else ""
+            waits = f"; waits until the drive is restored to {there}" if self._timed.waits else ""
             return True, f"{there}, {self._timed.run.status}{waits}"
 
     @property
     def listeners(self) -> int:
-        """Number of nodes that subscribe to the commands: the drive, and perhaps a recorder."""
+        """Number of subscriptions to speed commands: the drive's, and perhaps a recorder's."""
         return self._command.get_subscription_count()
 
     @property
@@ -226,7 +231,7 @@ class ProfileController(BaseNode):
         return self._heard if self._simulated else time.monotonic_ns()
 
     def _listeners_to(self, publisher: Publisher[Any]) -> set[str]:
-        """Return the full names of subscribed nodes, without recorders, which do not obey."""
+        """Return the full names of a publisher's subscribers that obey it: all but recorders."""
         return {
             f"{info.node_namespace.rstrip('/')}/{info.node_name}"
             for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
@@ -234,11 +239,11 @@ class ProfileController(BaseNode):
         }
 
     def run(self, stopping: threading.Event) -> None:
-        """Tick, start when there is a drive, and report, until stopped.
+        """Run the main loop until stopped: send commands, start when there is a drive, report.
 
-        Reports are published once per second of the steady clock, and at once for a new subscriber
-        or a new state of the profile. On some releases, ROS's timers and Python's events use the
-        system clock, and would stand still if it were set back.
+        Reports are published once per second of the steady clock, and immediately after a change of
+        subscribers or status. ROS timers and Python's events are not used: in some versions they
+        follow the system clock, and would stop if it were set back.
         """
         if not self._simulated:
             self._ticker = Ticker(self._period, time.monotonic())
@@ -262,7 +267,7 @@ class ProfileController(BaseNode):
         self.end()
 
     def report(self, ended: bool = False) -> None:
-        """Publish the diagnostics of this node."""
+        """Publish the diagnostics of this node; ``ended``: as its last message."""
         level, message, values = profile_words.health(self._timed.run)
         if self._ticker is not None:
             values["ticks lost"] = str(self._ticker.lost)
@@ -278,14 +283,14 @@ class ProfileController(BaseNode):
         self._diagnostics.publish(level, ENDED if ended else message, values, now)
 
     def end(self) -> None:
-        """Publish the last diagnostics and send nothing more."""
+        """Send no more commands, publish the last diagnostics, and end the action's goal."""
         with self._lock:
             self._ended = True
             self.report(ended=True)
         self._action.end(lambda: self._outcome("the profile controller has ended; "))
 
     def _judge(self, values: Values) -> None:
-        """Read the profile of new parameter values and keep it, because its file may change.
+        """Read and keep the profile of new parameter values, because its file may change later.
 
         Raises:
             SceneError, InputError: the profile does not exist, or cannot be run.
@@ -293,17 +298,17 @@ class ProfileController(BaseNode):
         self._judged = self._plan(values["profile"], values["changes"])
 
     def _plan(self, source: str, changes: Iterable[str]) -> CheckedProfile:
-        """Return the plan of a profile.
+        """Read and check a profile.
 
         Raises:
-            SceneError, InputError: as ``_judge``.
+            SceneError, InputError: the profile does not exist, or cannot be run.
         """
         wanted = [*filter(None, changes)]
         plan = CheckedProfile(load_profile(source, wanted), source, wanted, self._period)
         if not (self._slope or plan.steepest) > 0.0:
             raise InputError(
-                "parameter abort_deceleration = 0: the profile only holds its speed and has no "
-                "steepest of its own; give a deceleration [rad/s^2]"
+                "parameter abort_deceleration = 0: the profile has no acceleration to use instead, "
+                "because it only holds its speed; set a deceleration [rad/s^2]"
             )
         return plan
 
@@ -313,7 +318,7 @@ class ProfileController(BaseNode):
         with self._lock:
             self._next = self._judged
             self._inputs.subscribe_to(self._next.inputs)
-        self.get_logger().info(f"the next ~/start takes {values['profile']}")
+        self.get_logger().info(f"the next ~/start will run {values['profile']}")
 
     def _begin(self, plan: CheckedProfile) -> str:
         """Run a profile from its beginning; return the reason if it cannot run."""
@@ -334,10 +339,10 @@ class ProfileController(BaseNode):
         return ""
 
     def _drive_takes_trajectories(self) -> bool:
-        """Return whether a drive listens to trajectories.
+        """Return whether a drive subscribes to trajectories.
 
-        A drive's subscriptions are discovered one after the other: at first it may be known to
-        listen to speeds only. Later starts do not wait, because commands would cease meanwhile.
+        A drive's subscriptions are discovered one after the other, so wait for a moment before the
+        first start. Later starts do not wait, because commands would stop meanwhile.
         """
         end = time.monotonic() + (0.0 if self._published else DISCOVERY)
         while not (listeners := self._listeners_to(self._trajectory)) and time.monotonic() < end:
@@ -348,7 +353,7 @@ class ProfileController(BaseNode):
         with self._lock:
             try:
                 if asked.changes and not asked.profile:
-                    raise InputError("changes are for a profile, and the goal names none")
+                    raise InputError("changes need a profile, and the goal names none")
                 plan = self._plan(*asked) if asked.profile else self._next
             except AbSimError as error:
                 return str(error)
@@ -364,9 +369,9 @@ class ProfileController(BaseNode):
         """Return the condition that a start still lacks; empty if there is none."""
         if self._simulated and topics.CLOCK.publishers(self) == 0:
             clock = self.resolve_topic_name(topics.CLOCK.name)
-            return f"use_sim_time is set, but nobody publishes {clock}"
+            return f"use_sim_time is set, but no node publishes {clock}"
         if not self._listeners_to(self._command):
-            return f"nobody listens on {self._command.topic_name}: start the drive first"
+            return f"no drive subscribes to {self._command.topic_name}: start the drive first"
         return self._inputs.missing(plan.inputs)
 
     def _start_when_heard(self) -> None:
@@ -375,8 +380,8 @@ class ProfileController(BaseNode):
             if self._waits and run.state in (ProfileState.IDLE, ProfileState.WAITING):
                 missing = self._missing(self._next)
                 if not missing and self._simulated and self._now == 0:
-                    # or time is unknown because no message has arrived yet
-                    missing = "time stands at 0"
+                    # The drive is paused at 0, or no clock message has arrived yet.
+                    missing = "simulated time is 0"
                 if missing:
                     run.wait(missing)
                     return
@@ -434,7 +439,7 @@ class ProfileController(BaseNode):
         self._trajectory.publish(topics.TRAJECTORY.message(trajectory))
 
     def _hear_drive(self, message: Any) -> None:
-        """Send a late trajectory again, and abort if the drive refuses it."""
+        """Send a trajectory again if it reached the drive too late; abort if it is refused."""
         with self._lock:
             sent, run = self._sent, self._timed.run
             if sent is None or run.state is not ProfileState.RUNNING:
@@ -450,7 +455,10 @@ class ProfileController(BaseNode):
                 if answer.startswith(topics.PAST) and self._late < LATE:
                     self._late += 1
                     begin = self._now + round(max(self._lead, 0.1) * 2**self._late * 1e9)
-                    self._warn(f"the drive had the trajectory too late; again, for {begin / 1e9} s")
+                    self._warn(
+                        "the trajectory reached the drive too late; sent again, to begin at "
+                        f"{begin / 1e9} s"
+                    )
                     self._timed.postpone(begin)
                     self._send_trajectory(sent._replace(start=begin))
                 else:
@@ -461,7 +469,7 @@ class ProfileController(BaseNode):
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node(ProfileController, ProfileController.run)
 
 

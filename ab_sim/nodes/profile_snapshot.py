@@ -1,7 +1,8 @@
-"""A profile in progress in a file, from which a controller continues after its drive was restored.
+"""Snapshot of a profile controller in a file.
 
-The drive's own snapshot does not include the controller, and a real board cannot be restored at
-all. So the controller has its own file for the same instant.
+The snapshot of a drive does not include its controller, which may be a real board. So the profile
+controller saves its state for the same instant to its own file, and continues from it after the
+drive was restored.
 """
 
 from collections.abc import Mapping
@@ -14,11 +15,11 @@ from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write
 
 FORMAT = "ab_sim profile snapshot"
 OTHERWISE = (
-    "no snapshot of a profile controller; that of a drive is another one, which its own "
-    "~/restore_snapshot reads"
+    "not a snapshot of a profile controller; the drive's ~/restore_snapshot reads snapshots of "
+    "drives"
 )
 WHO = "ab_sim.nodes.timed_run"
-"""Module that continues from a snapshot."""
+"""Module whose version a snapshot must match."""
 
 
 class ProfileSnapshot(NamedTuple):
@@ -29,14 +30,15 @@ class ProfileSnapshot(NamedTuple):
     began: int
     """Start of the profile [ns]."""
     source: str
-    """Parameter ``profile`` at the start of the profile; empty before the first."""
+    """Value of the parameter ``profile`` when the profile started; empty before the first one."""
     changes: list[str]
+    """Changes to the profile, each ``key=value``."""
     made_of: Mapping[str, Any] | None
-    """Definition of the profile: see ``CheckedProfile.made_of``; None before the first."""
+    """Definition of the profile, see ``CheckedProfile.made_of``; None before the first one."""
     run: Mapping[str, Any]
     """State of the run: see ``ProfileRun.state_values``."""
     trajectory: int | None = None
-    """Start of the trajectory that the drive follows [ns]; None: it follows speeds."""
+    """Start of the trajectory that the drive follows [ns]; None if it follows speed commands."""
 
 
 def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
@@ -56,7 +58,7 @@ def read_profile_snapshot(path: Path) -> ProfileSnapshot:
     """Read a snapshot.
 
     Raises:
-        InputError: the file is missing, damaged, or from another ab_sim.
+        InputError: the file is missing or damaged, or from another version of ab_sim.
     """
     content = read_content(path, FORMAT, OTHERWISE)
     check_origin(path, content, WHO)

@@ -1,4 +1,4 @@
-"""Subscriptions of the profile controller to a drive's topics that the present profile needs."""
+"""Subscriptions of the profile controller to those topics of a drive that a profile needs."""
 
 from collections.abc import Callable
 from typing import Any
@@ -25,18 +25,19 @@ VIBRATION = _as_boards_have_it(topics.VIBRATION, 100)
 SPINDLE = _as_boards_have_it(topics.JOINT_STATES, 100)
 
 IF_A_PROBE = (
-    "; of a profile alone the sensor is an accelerometer: for a proximity probe, name a scene that "
-    "has it in probes"
+    "; without a scene, the profile's sensor is taken as an accelerometer: for a proximity probe, "
+    "name a scene that has it in probes"
 )
 
 
 class ProfileSubscriptions:
-    """Subscribes to the topics that profiles need, when they need them, and passes samples on.
+    """Subscribes to the topics that profiles need, and passes samples to the profile in progress.
 
     Args:
         node: subscribing node.
-        execution: returns the profile in progress, if any; called by the subscriptions' callbacks.
-        now: returns the time by the node's clock [s].
+        execution: function that returns the profile in progress, or None; callbacks of the
+            subscriptions call it.
+        now: function that returns the time by the node's clock [s].
     """
 
     def __init__(
@@ -46,7 +47,7 @@ class ProfileSubscriptions:
         self._subscribed: set[str] = set()
 
     def subscribe_to(self, inputs: ProfileInputs) -> None:
-        """Subscribe to further topics that a profile needs."""
+        """Subscribe to the topics that a profile needs, and keep earlier subscriptions."""
         if inputs.vibration:
             self._subscribe(VIBRATION, self._vibration)
         if inputs.sensor is not None:
@@ -55,7 +56,7 @@ class ProfileSubscriptions:
             self._subscribe(SPINDLE, self._spindle)
 
     def missing(self, inputs: ProfileInputs) -> str:
-        """Return a text on a required topic without publishers; empty if there is none."""
+        """Return a text on a needed topic that no node publishes; empty if there is none."""
         needed = {
             "a segment of the profile waits for the vibration": [VIBRATION] * inputs.vibration,
             "an adaptive start-up needs every sample of its sensor, and the spindle's angle": [
@@ -69,7 +70,7 @@ class ProfileSubscriptions:
                 if topic.publishers(self._node) == 0:
                     name = self._node.resolve_topic_name(topic.name)
                     probe = "" if inputs.probe or inputs.sensor is None else IF_A_PROBE
-                    return f"nobody publishes {name}, and {why}{probe}"
+                    return f"no node publishes {name}, and {why}{probe}"
         return ""
 
     def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:

@@ -5,17 +5,17 @@ from ab_msgs_py.actions import Outcome, Progress
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 
 GAVE_UP = "at the final speed, but "
-"""Beginning of the message on a finished profile that missed its aim; the reason follows."""
+"""Beginning of the message on a profile that ended with a problem; the reason follows."""
 HEALTH = {
     ProfileState.IDLE: "waiting for ~/start",
     ProfileState.DONE: "profile done, holding its final speed",
     ProfileState.ABORTED: "aborted, commanding standstill",
 }
-"""Messages for states whose status alone is not clear enough."""
+"""Messages for states that their status text does not describe well enough."""
 
 
 def logged(status: str, well: bool = True) -> str:
-    """Return a status for the log; ``well``: without problems."""
+    """Return the text of a status for the log; ``well``: there is no problem."""
     word, _, more = status.partition(": ")
     state = ProfileState(word)
     if state is ProfileState.DONE and not well:
@@ -49,6 +49,12 @@ def progress(run: ProfileRun, elapsed: float) -> Progress:
 
 
 def outcome(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:
-    """Return the result of a run, with the time since its start [s]; ``first`` is put in front."""
+    """Return the result of a run for a goal's client.
+
+    Args:
+        run: run of the profile.
+        elapsed: time since its start [s].
+        first: beginning of the text.
+    """
     why = f": {run.why}" if run.why and run.why not in run.status else ""
     return Outcome(f"{first}{run.status}{why}", run.command, elapsed)

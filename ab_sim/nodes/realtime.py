@@ -15,25 +15,25 @@ def request_priority(priority: int) -> str:
         priority: from 1 to 99.
 
     Returns:
-        Reason of a refusal and the remedy; empty if it was granted.
+        Empty text; or the reason and the remedy if the system refuses.
     """
     if not sys.platform.startswith("linux"):
-        return f"real-time priority {priority}: only Linux has it; scheduled as usual"
+        return f"real-time priority {priority}: only available on Linux; normal scheduling is used"
     try:
-        # 0 is the calling thread. The thread that answers requests is not affected, and a thread
-        # that compiles, started from here, does not inherit the priority.
+        # 0 means the calling thread. The thread that answers requests is not affected. With
+        # RESET_ON_FORK, a thread started from this one, e.g. to compile, has normal priority.
         os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
     except OSError as error:
         return (
             f"real-time priority {priority}: the system refuses ({error.strerror}); allow it with "
             f"`@realtime - rtprio {priority}` in /etc/security/limits.conf and log in again, or "
-            "with the capability CAP_SYS_NICE; scheduled as usual"
+            "with the capability CAP_SYS_NICE; normal scheduling is used"
         )
     return ""
 
 
 def lock_memory() -> str:
-    """Lock all memory of the process (mlockall) and return a text as ``request_priority`` does."""
+    """Lock all memory of the process (mlockall); return an empty text, or reason and remedy."""
     try:
         libc = ctypes.CDLL(None, use_errno=True)
         if libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0:
@@ -51,9 +51,9 @@ def lock_memory() -> str:
 def freeze_garbage_collector() -> None:
     """Exclude all existing objects from garbage collection (gc.freeze).
 
-    A compiler and a ROS node have hundreds of thousands of objects, and a full collection, which
-    may happen at any wake-up, visits each. Objects that were frozen before are collected a last
-    time.
+    A compiler and a ROS node have hundreds of thousands of objects. A full collection visits each,
+    and may happen at any wake-up. Before, unused objects are collected, also those of an earlier
+    call.
     """
     gc.unfreeze()
     gc.collect()
@@ -65,18 +65,18 @@ class RealTimeRequests:
 
     Args:
         priority: priority of the loop's thread, see ``request_priority``; 0: default scheduling.
-        memory: whether memory is locked.
-        by_hand: whether garbage is collected between wake-ups only. Existing objects are excluded
-            from collection in any case.
+        memory: whether to lock all memory.
+        by_hand: whether to collect garbage only by ``collect_garbage``, between wake-ups. Existing
+            objects are excluded from collection in any case.
     """
 
     def __init__(self, priority: int, memory: bool, by_hand: bool) -> None:
         self._priority, self._memory, self._by_hand = priority, memory, by_hand
         self.words = "as usual"
-        """The options that were granted, for the diagnostics."""
+        """Granted options and refusals, for the diagnostics."""
 
     def apply(self) -> list[str]:
-        """Request the options in the loop's thread, and return the refusals with their reasons."""
+        """Request the options for the calling thread, the loop's, and return refusals as texts."""
         granted, refused = [], []
         asked = []
         if self._priority:
@@ -95,6 +95,6 @@ class RealTimeRequests:
         return refused
 
     def collect_garbage(self) -> None:
-        """Collect garbage now; call it when the loop is idle."""
+        """Collect garbage if that is requested ``by_hand``; call it when the loop is idle."""
         if self._by_hand:
             gc.collect()

@@ -1,4 +1,4 @@
-"""Successive files of a recorder, and the samples missing in them."""
+"""Files of a recorder, one after the other, and counts of missing samples."""
 
 import contextlib
 import math
@@ -22,23 +22,24 @@ REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
 RETRY = 1.0
 """Time between two attempts to begin a file [s]."""
 TAKING_TURNS = 20.0
-"""Least time between two files that begin because steps run back while several drives publish [s].
-Otherwise each block would begin a file. DDS takes as long to notice that a drive has gone."""
+"""Shortest time between two files that begin because steps decrease while several drives publish
+[s]. Otherwise each block would begin a file. DDS takes this time to notice that a killed drive has
+gone."""
 
 
 class RecordedFiles:
-    """The files of a recorder, with a decimated copy for a viewer while they grow.
+    """Files of a recorder, with decimated copies for a viewer.
 
-    A file ends and another begins when the drive is reset or restarted, and when the file cannot be
-    written any more.
+    A new file begins when the drive is reset or restarted, and when the present file cannot be
+    written any longer.
 
     Args:
-        path: first file; later ones get numbers, and so does the first one if the file exists:
+        path: first file; later files get numbers, and also the first one if it exists, because
             recordings are never overwritten. None: no files.
-        viewer: shows decimated copies of the files as they grow.
-        shown: folder for these copies.
-        logger: reports files.
-        drives: returns the number of publishers of blocks.
+        viewer: viewer of the decimated copies; None: no copies.
+        folder: folder for these copies.
+        logger: logger for the names of files and for errors.
+        drives: function that returns the number of publishers of vibration/block.
         decimated: selection of samples, as for `Recording`.
     """
 
@@ -57,27 +58,27 @@ class RecordedFiles:
         self._number = 1
         self._description: Mapping[str, Any] | None = None
         self._recording: Recording | None = None
-        self._shown: Recording | None = None  # a copy of it for the viewer, with fewer samples
+        self._shown: Recording | None = None  # decimated copy for the viewer
         self._shown_at = -math.inf
-        self._shown_until: deque[float] = deque(maxlen=IN_TRANSIT)  # s, by the last batches
-        self._next: int | None = None  # step; None: none was heard
-        self._restarted = False  # and no block was heard since
+        self._shown_until: deque[float] = deque(maxlen=IN_TRANSIT)  # ends of the last batches [s]
+        self._next: int | None = None  # expected step; None before the first block
+        self._restarted = False  # True after a restart of the drive until the next block
         self._tried = 0.0
-        self._time = 0.0  # of the newest sample [s]
+        self._time = 0.0  # time of the newest sample [s]
         self._states: dict[str, str] = {}
         self._standing: dict[tuple[str, str], str] = {}  # text by source and subject
-        self._written = self._lost = 0  # in the files before this one
-        self._left_out = self._refused = 0  # there, too
+        self._written = self._lost = 0  # in earlier files
+        self._left_out = self._refused = 0  # in earlier files
         self.missing = 0
-        """Number of missing steps: between received ones, and from 0 on after a reset."""
+        """Number of missing steps: between received steps, and before the first one of a reset."""
         self.trouble = ""
         """Reason why no file can be written; empty if one can."""
         self.why_lost = ""
-        """Last reason for a loss."""
+        """Reason for the last loss of samples."""
 
     @property
     def path(self) -> str:
-        """Path of the present file, or empty."""
+        """Path of the present file; empty if there is none."""
         return "" if self._recording is None else str(self._recording.path)
 
     @property
@@ -92,16 +93,16 @@ class RecordedFiles:
 
     @property
     def left_out(self) -> int:
-        """Number of samples that were left out by intent."""
+        """Number of samples that decimation omitted."""
         return self._left_out + (self._recording.left_out if self._recording else 0)
 
     @property
     def refused(self) -> int:
-        """Number of stretches around events that were decimated because there were too many."""
+        """Number of periods around events that were decimated because there were too many."""
         return self._refused + (self._recording.stretches_refused if self._recording else 0)
 
     def begin(self, description: Mapping[str, Any]) -> None:
-        """Begin a file for a drive that describes itself, at first or after a restart."""
+        """Begin a file for a drive, at its first description or after its restart."""
         if self._path is None:
             return
         self.close()
@@ -110,11 +111,15 @@ class RecordedFiles:
         self._open()
 
     def block(self, channels: Sequence[str], samples: NDArray[np.float64]) -> None:
-        """Write samples, at least one.
+        """Write a block of at least one sample.
+
+        Args:
+            channels: names of the channels.
+            samples: samples, of shape (samples, channels).
 
         Raises:
-            MalformedMessage: steps are not integers or do not increase, or a time is not finite, or
-                steps run back repeatedly while several drives publish.
+            MalformedMessage: steps are not integers or do not increase, a time is not finite, or
+                steps decrease from block to block because several drives publish.
         """
         if self._description is None:
             return
@@ -122,18 +127,18 @@ class RecordedFiles:
         if not np.isfinite(samples[:, :2]).all():
             raise MalformedMessage("vibration/block: step and time must be finite")
         if (steps != np.rint(steps)).any() or (np.diff(steps) <= 0).any() or steps[0] < 0:
-            raise MalformedMessage("vibration/block: steps must be whole and grow from row to row")
+            raise MalformedMessage("vibration/block: steps must be whole numbers that increase")
         first, last = int(steps[0]), int(steps[-1])
         expected = first if self._next is None else self._next
-        if self._restarted and first != expected:  # blocks may overtake the description
+        if self._restarted and first != expected:  # old blocks may arrive after the description
             expected = 0
         elif first < expected:
-            # A drive was reset; steps in a recording only increase.
+            # The drive was reset. A new file begins, because steps in a recording must increase.
             now = time.monotonic()
             if now - self._ran_back < TAKING_TURNS and (drives := self._drives()) > 1:
                 raise MalformedMessage(
-                    f"vibration/block: {drives} drives publish it, and steps that run back are "
-                    "left out: end all but one, or give each a namespace"
+                    f"vibration/block: {drives} drives publish it, and blocks whose steps decrease "
+                    "are omitted: end all drives but one, or give each a namespace"
                 )
             self._ran_back = now
             self._time = samples[0, 1]
@@ -149,27 +154,34 @@ class RecordedFiles:
             self._write(lambda recording: recording.block(channels, samples))
 
     def scalar(self, name: str, time: float, value: float) -> None:
-        """Write a scalar, as `Recording.scalar`."""
+        """Write a scalar; see `Recording.scalar`."""
         self._write(lambda recording: recording.scalar(name, time, value))
 
     def event(self, time: float, text: str, level: str, source: str) -> None:
-        """Write an event, as `Recording.event`."""
+        """Write an event; see `Recording.event`."""
         self._write(lambda recording: recording.event(time, text, level, source))
 
     def state(self, name: str, time: float, state: str) -> None:
-        """Write a state, as `Recording.state`, and repeat it at the start of every further file."""
+        """Write a state if it has changed, and repeat it at the start of each further file."""
         if self._states.get(name) != state:
             self._states[name] = state
             self._write(lambda recording: recording.state(name, time, state))
 
     def standing(self, about: str, time: float, text: str, source: str) -> None:
-        """Write an event that holds until it changes, in this file and in every further one."""
+        """Write an event if it has changed, and repeat it at the start of each further file.
+
+        Args:
+            about: subject; a new text on the same subject replaces the former one.
+            time: time of the event [s].
+            text: text of the event.
+            source: source of the event.
+        """
         if self._standing.get((source, about)) != text:
             self._standing[source, about] = text
             self.event(time, text, "INFO", source)
 
     def flush(self) -> None:
-        """Write the received samples; if no file can be written, try another one periodically."""
+        """Write buffered samples to the file; if there is no file, try to open one periodically."""
         self._write_to_file(lambda recording: recording.flush(pictures=False))
         self._flush_shown()
         waiting = self._description is not None and self._recording is None
@@ -220,7 +232,7 @@ class RecordedFiles:
             if channels := self._description.get("channels"):
                 recording.lay_out(channels, SCALARS)
         except RecordingError as error:
-            self._logger.warning(f"nothing to watch: {error}")
+            self._logger.warning(f"the viewer gets no data: {error}")
             return
         for name, state in self._states.items():
             recording.state(name, self._time, state)
@@ -240,11 +252,11 @@ class RecordedFiles:
         except RecordingError as error:
             if not self._shown.failed:
                 raise
-            self._logger.warning(f"nothing to watch: {error}")
+            self._logger.warning(f"the viewer gets no more data: {error}")
             self._shown = None
 
     def _flush_shown(self) -> None:
-        """Send the viewer a batch, unless its page does not keep up with them."""
+        """Send a batch to the viewer, unless it is still busy with earlier ones."""
         if self._shown is None or self._viewer is None:
             return
         interval = self._viewer.interval(self._shown.id, self._shown_until)

@@ -1,4 +1,4 @@
-"""`recorder`: streams every topic of a drive into a Rerun recording."""
+"""`recorder`: records the topics of a drive as a Rerun file, and optionally as a bag."""
 
 import contextlib
 import datetime
@@ -37,29 +37,37 @@ from ab_sim.show.viewing import Viewer
 NICENESS = 5
 """Difference by which the recorder's priority is lower than that of the drive (`man nice`)."""
 WRITE_PERIOD = 0.1
-"""Time between two batches [s]: the largest age of a recording that is killed or viewed."""
+"""Time between two writes [s]: a viewer lags by this time, and a killed recorder loses it."""
 REPORT_PERIOD = 1.0
-"""Time between two diagnostics [s]."""
+"""Time between two diagnostics messages [s]."""
 SILENCE = 5.0
-"""Time without a drive before the recorder reports it [s]."""
+"""Time without a drive after which the recorder warns [s]."""
 NONE = "none"
 """Value of the parameter ``view``: no viewer."""
 RECORDER_PARAMETERS = (
-    ParameterSpec("path", "", ".rrd file; empty: recordings/<date>_<time>.rrd", fixed=True),
+    ParameterSpec(
+        "path", "", ".rrd file to write; empty: recordings/<date>_<time>.rrd", fixed=True
+    ),
     ParameterSpec(
         "view",
         NONE,
-        "viewer: none, web, native, or the address of a running one: rerun+http://HOST:PORT/proxy",
+        "viewer: none, web (page for a browser), native (window), or the address of a running "
+        "viewer, rerun+http://HOST:PORT/proxy",
         fixed=True,
     ),
     ParameterSpec(
-        "web_port", 0, "port of the web viewer's page; 0: any free one", "1", (0, 65535), fixed=True
+        "web_port",
+        0,
+        "port of the web viewer's page; 0: any free port",
+        "1",
+        (0, 65535),
+        fixed=True,
     ),
     ParameterSpec("bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none", fixed=True),
     ParameterSpec(
         "keep",
         True,
-        "whether to keep an .rrd file; false: only watch, or write a bag",
+        "whether to keep an .rrd file; false: only show the run, or write a bag",
         fixed=True,
     ),
     ParameterSpec(
@@ -81,7 +89,7 @@ RECORDER_PARAMETERS = (
     ParameterSpec(
         "queue",
         10_000,
-        "number of messages per topic kept while the disk is slow",
+        "largest number of messages per topic that wait for a slow disk",
         "1",
         (10, 1e6),
         fixed=True,
@@ -91,12 +99,12 @@ RECORDER_PARAMETERS = (
 
 
 class Recorder(BaseNode):
-    """Collects messages in callbacks, and writes them in batches from the main thread.
+    """Node that collects messages in callbacks, and writes them in batches from the main thread.
 
-    An inbox of bounded length lies between the two. A disk that is too slow causes the oldest
-    messages to be dropped and counted, and never delays the simulation. Written messages leave
-    nothing in memory, so that a recording may run for days. A viewer reads the file in other
-    processes, so the recorder never waits for it.
+    Between the two threads is an inbox of bounded length. If the disk is too slow, the oldest
+    messages are dropped and counted; the simulation is never delayed. The node keeps nothing of
+    written messages in memory, so that a recording can last for days. A viewer reads the file in
+    other processes, so that the recorder never waits for it.
     """
 
     def __init__(self) -> None:
@@ -138,14 +146,14 @@ class Recorder(BaseNode):
             topic.subscription(self, functools.partial(self._inbox.put, topic.name))
         self._bag = BagRecorder(self, recording_folder(bag), length) if bag else None
         target = file if file is not None else bag
-        self.get_logger().info(f"recording to {target} as soon as a drive describes itself")
+        self.get_logger().info(f"recording to {target}, from the description of a drive on")
 
     def run(self, stopping: threading.Event) -> None:
-        """Write received messages until stopped, then the rest.
+        """Write received messages until stopped, and then close all files.
 
         Raises:
-            RecordingError: received samples are in no file; the message has their number, as the
-                last diagnostics have.
+            RecordingError: received samples were lost; the message and the last diagnostics have
+                their number.
         """
         failed, text = True, "ended by an error"
         try:
@@ -176,11 +184,13 @@ class Recorder(BaseNode):
             return recording_file(path or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
         if view == NONE and not bag:
             raise InputError(
-                "parameter keep = False: goes with a parameter bag, or view other than none; else "
-                "nothing is written"
+                "parameter keep = False: requires a parameter bag, or a view other than none; "
+                "otherwise there is nothing to do"
             )
         if path:
-            raise InputError(f"parameter path = {path!r}: nothing is kept; leave it out, or keep")
+            raise InputError(
+                f"parameter path = {path!r}: conflicts with keep = False; remove one of them"
+            )
         return None
 
     def _folder_for_now(self) -> Path:
@@ -209,13 +219,13 @@ class Recorder(BaseNode):
             if self._description is None and not warned and now - began > SILENCE:
                 warned = True
                 self.get_logger().warning(
-                    f"no drive heard for {SILENCE:g} s: is drive_sim running, in this namespace "
-                    "and on this ROS_DOMAIN_ID?"
+                    f"no message from a drive for {SILENCE:g} s: is drive_sim running, in this "
+                    "namespace and on this ROS_DOMAIN_ID?"
                 )
         self._write_all()
 
     def _write_all(self) -> None:
-        """Write everything received so far."""
+        """Write all messages received so far."""
         if self._bag is not None:
             self._bag.write()
         for name, message in self._inbox.take():
@@ -284,7 +294,7 @@ class Recorder(BaseNode):
         _, level, node, text = event
         if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
             return
-        # the parameters are in the diagnostics, which late recorders receive, too
+        # Parameters are recorded from the diagnostics, which also late recorders receive.
         if not text.startswith(f"{PARAMETERS}: "):
             self._files.event(self._time, f"{node}: {text}", level, "log")
 
@@ -340,7 +350,8 @@ def _number(text: str) -> float:
 
 def main() -> None:
     """Run the node."""
-    # The recorder may be late, the drive may not; viewers started from here inherit this priority.
+    # The drive must not be late, so the recorder has a lower priority, and also viewers, which are
+    # started from here.
     os.nice(NICENESS)
     share_heaps()
     run_node(Recorder, Recorder.run)

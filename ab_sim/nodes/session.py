@@ -1,4 +1,4 @@
-"""A session: the drive of a node, from the loading of a scene to its unloading."""
+"""Session of a drive's node, from the loading of a scene to its unloading."""
 
 import time
 import uuid
@@ -21,20 +21,20 @@ from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.parameters import Parameters, Values
 from ab_sim.nodes.prepared_drive import PreparedDrive, Rates
 
-INACTIVE = "inactive: time stands still until the node is activated"
+INACTIVE = "inactive: time is stopped until the node is activated"
 
 
 class Session:
-    """Advances a drive by the steady clock, and publishes its state; it defines simulated time.
+    """Advances a drive by the steady clock, and publishes its state; the source of simulated time.
 
-    Public methods are for the main loop's thread, or for the holder of the node's lock.
+    Public methods are for the main loop's thread, or for a thread that holds the node's lock.
 
     Args:
         node: node of the session.
-        outputs: the publishers.
-        rates: rates of the loop.
+        outputs: publishers of the node.
+        rates: rates of the main loop.
         settings: parameters of the node, see ``apply_settings``.
-        prepared: the drive.
+        prepared: drive to run.
     """
 
     def __init__(
@@ -51,12 +51,12 @@ class Session:
         self.active = False
         """True if the node is active."""
         self.stopped = True
-        """True until time advances or is paused, after a start or a stop."""
+        """True after a start or a stop, until time advances or is paused."""
         self._per_state, self._per_block = rates.per_state, rates.per_block
         self.trouble = ""
         self.pending: list[Trajectory] = []
         self.stepped_for = 0
-        """Number of commands received before the last answer of ~/step; see ``new_commands``."""
+        """Number of commands received before the last wake-up of ~/step; see ``new_commands``."""
         self._wakes, self._reported, self._new = 0, False, NewWarnings()
         self._stages = StageTimer("inputs", "integration", "observing", "publishing")
         drive = prepared.drive
@@ -64,24 +64,24 @@ class Session:
         self._commands = PendingCommands(node, self.path)
         self._description = topics.DESCRIPTION.publisher(node)
         self.fault_publisher = FaultPublisher(node)
-        # The number distinguishes a restarted drive from a repeated description.
+        # The random number distinguishes the description of a restarted drive from a repeated one.
         self._run = {"run": uuid.uuid4().hex}
         self.now = prepared
         self.begin(prepared)
 
     @property
     def mode(self) -> TimeMode:
-        """Source of the progress of simulated time."""
+        """Way in which simulated time advances."""
         return mode_of(self._settings.values)
 
     @property
     def new_commands(self) -> int:
-        """Number of commands received since the last answer of ~/step, or the last reset."""
+        """Number of commands received since the last wake-up of ~/step, or the last reset."""
         return self.path.received - max(self.stepped_for, self.path.forgotten)
 
     @property
     def standing(self) -> bool:
-        """True if time is stopped until a request."""
+        """True if time only advances on request."""
         return self.paused or self.mode is TimeMode.LOCK_STEP
 
     def begin(self, prepared: PreparedDrive) -> None:
@@ -92,7 +92,7 @@ class Session:
         self.pending = [prepared.drive.present()]
         self._outputs.begin(prepared.scene, prepared.drive.channels)
         self.fault_publisher.publish(())
-        # Latched, and published only now: it signals that the drive is ready.
+        # Published last, because it signals that the drive is ready.
         description = prepared.description() | self._run
         self._description.publish(topics.DESCRIPTION.message(description))
         self._node.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
@@ -115,7 +115,7 @@ class Session:
         self.restart_clock()
 
     def deactivate(self) -> None:
-        """Publish the rest, stop time, and unsubscribe from commands."""
+        """Stop time, publish the last samples, and unsubscribe from commands."""
         self.step_before_pause()
         self.finish(INACTIVE)
         self.now.health.begin(time.monotonic())
@@ -145,11 +145,11 @@ class Session:
             pacer.start(time.monotonic())
         elif self.mode is TimeMode.FREE:
             self.advance(self.now.per_wake)
-        # After catching up, no step may be due; paused time is not published.
+        # No step may be due, after catching up. Then nothing is published.
         elif due := pacer.due(time.monotonic()):
             self.advance(due)
         if self.commanded.checks is not None:
-            # Last, so that publishing does not wait for it.
+            # Last, because publishing must not wait for the error checks.
             self.commanded.checks.work(time.thread_time() - begin)
 
     def rest(self) -> float:
@@ -163,9 +163,9 @@ class Session:
         self._commands.take(self.now.drive.steps, self.standing)
 
     def advance(self, steps: int) -> None:
-        """Take steps and publish their samples; pause if the drive diverges.
+        """Take integration steps and publish their samples; pause if the drive diverges.
 
-        Fewer steps are taken when the node is asked to end.
+        Fewer steps are taken if the node is to exit.
         """
         self._stages.begin()
         self.stopped = False
@@ -205,7 +205,7 @@ class Session:
         self._take(self.now.pacer.early)
 
     def _take(self, due: Callable[[float], int]) -> None:
-        """Take received commands, and the steps that are due at the present time."""
+        """Pass on received commands, and take the number of steps that ``due`` returns for now."""
         self.take_commands()
         if not self.standing and self.mode is TimeMode.PACED:
             if steps := due(time.monotonic()):
@@ -219,7 +219,7 @@ class Session:
         self.go_on(now)
 
     def go_on(self, now: float) -> None:
-        """Restart the measurement of the real-time factor at ``now`` [s]."""
+        """Restart the measurement of the real-time factor at a time on the steady clock [s]."""
         self.now.health.paced = self.mode is TimeMode.PACED
         self.now.health.begin(now)
 
@@ -237,7 +237,7 @@ class Session:
         self.pending = []
 
     def report(self, instead: str = "") -> None:
-        """Publish the node's diagnostics; ``instead`` replaces the text on its state."""
+        """Publish the node's diagnostics; ``instead`` replaces the message."""
         health = self.now.health
         self._commands.check_publishers()
         warnings = [
@@ -269,26 +269,26 @@ class Session:
             self._node.get_logger().warning(rejections)
 
     def report_now_and_then(self) -> None:
-        """Publish diagnostics once a second, and at once when others wait for them.
+        """Publish diagnostics once a second, and earlier if other nodes wait for them.
 
-        That is when a publisher of commands comes or goes, and after a trajectory.
+        They do so after a trajectory, and after the start or end of a publisher of commands.
         """
         due = self.now.health.period_over(time.monotonic(), self.standing)
         answered = self._commands.trajectories_answered()
         if self._commands.publishers_changed() or answered or due:
             self.report()
         elif self._reported:
-            # Not after the same wake-up: each of the two takes much of a period of 1 ms.
+            # Not at the wake-up of a report: each of the two takes much of a period of 1 ms.
             self._real_time.collect_garbage()
             self._reported = False
         if due:
             self._reported = True
             if self.standing:
-                # For late subscribers, who could not tell a silent clock from a missing one.
+                # Late subscribers would not get the time: it is not published while it is stopped.
                 self._outputs.publish_clock(self.now.time_ns)
 
     def checks_for_settings(self, before: Values) -> LiveChecks | None:
-        """Return the error checks after a change of settings; making new ones may take long."""
+        """Return the error checks after a change of settings; creating new ones may take long."""
         share = self._settings.values["error_checks"]
         return (
             self.commanded.checks if share == before["error_checks"] else self.now.checks_for(share)
@@ -298,12 +298,12 @@ class Session:
         """Apply changed settings.
 
         Args:
-            before: the former values.
+            before: former values of the parameters.
             checks: result of ``checks_for_settings``.
         """
         values = self._settings.values
         if any(values[name] != before[name] for name in ("time_mode", "speed_factor")):
-            # With the former settings, which the pacer still has.
+            # Steps that are due by now are taken at the former speed, which the pacer still has.
             now = time.monotonic()
             if self.active and mode_of(before) is TimeMode.PACED and not self.paused:
                 self.take_commands()

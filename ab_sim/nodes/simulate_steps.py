@@ -1,4 +1,4 @@
-"""The action SimulateSteps of ROS's simulation_interfaces: wake-ups of a paused drive."""
+"""Action SimulateSteps of ROS's simulation_interfaces: simulates wake-ups of a paused drive."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ab_sim.nodes.goal_server import Goal, GoalServer
 class SimulateSteps:
     """Serves the action, one goal at a time.
 
-    Each wake-up is a separate task of the node's executor, which answers other requests, also to
-    cancel, between two of them.
+    Each wake-up is a separate task of the node's executor. Between two tasks, the executor answers
+    other requests, such as one to cancel.
 
     Args:
         node: node of the drive.
         kind: type of the action.
-        codes: message with the result codes of the standard.
-        control: takes the wake-ups.
+        codes: message type with the result codes of the standard.
+        control: services of the drive, which simulate the wake-ups.
     """
 
     def __init__(self, node: DriveNode, kind: Any, codes: Any, control: DriveControl) -> None:
@@ -41,7 +41,7 @@ class SimulateSteps:
         self._continue(0)
 
     def _continue(self, completed: int) -> None:
-        """Take the next wake-up of the goal."""
+        """Simulate the next wake-up of the goal; ``completed``: number of those before."""
         goal = self._goal
         assert goal is not None and self._node.executor is not None
         problem, steps = "", goal.request.steps

@@ -1,4 +1,4 @@
-"""ROS's standard services for simulators (package simulation_interfaces) of a drive."""
+"""ROS's standard services for simulators (package simulation_interfaces)."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ NOT_FOUND = (
     " builds it for ROS from PyPI, a distribution has ros-ROS_DISTRO-simulation-interfaces"
 )
 LONGEST_FILTER = 40
-"""Characters of a filter of names: longer regular expressions may take seconds, as do repeated
-groups, and stop the drive meanwhile."""
+"""Largest number of characters of a filter for names. Longer regular expressions, and those with
+repeated groups, may take seconds, in which the drive is stopped."""
 MOST_STEPS = 10_000
-"""Largest number of wake-ups of a request, during which no other is answered."""
+"""Largest number of wake-ups in one request; meanwhile, no other request is answered."""
 
 
 class RefusedRequest(Exception):
-    """A refusal with a result code of the standard."""
+    """Refusal of a request, with a result code of the standard."""
 
     def __init__(self, code: int, text: str) -> None:
         super().__init__(text)
@@ -43,31 +43,31 @@ class RefusedRequest(Exception):
 
 
 class Offer(NamedTuple):
-    """A service of the standard that a drive offers."""
+    """Service of the standard that a drive offers."""
 
     kind: str
-    """Name of the type."""
+    """Name of the service's type."""
     act: Callable[[Any, Any], None]
-    """Fills the response to a request."""
+    """Function that fills the response (second argument) to a request (first argument)."""
     features: tuple[str, ...] = ()
-    """Features of the standard that it provides."""
+    """Features of the standard that the service provides."""
 
     @property
     def name(self) -> str:
-        """Name of the service, as of Gazebo: GetEntities is ~/get_entities."""
+        """Name of the service, as in Gazebo: that of GetEntities is ~/get_entities."""
         return "~/" + re.sub(r"(?<!^)(?=[A-Z])", "_", self.kind).lower()
 
 
 class SimulationServices:
-    """Serves simulation_interfaces; without that package there are none, and the log reports it.
+    """Serves simulation_interfaces; if that package is missing, logs this instead.
 
     A step is a wake-up of the drive. Entities are deck, spindle and balls, in the housing's frame.
-    Peers may load only scenes that come with ab_sim, or lie in the folder of the parameter
+    Clients may load only scenes that come with ab_sim, or are in the folder of the parameter
     ``worlds``.
 
     Args:
         node: node of the drive.
-        control: the services of std_srvs, which do the work.
+        control: services of std_srvs, which do the work.
     """
 
     def __init__(self, node: DriveNode, control: DriveControl) -> None:
@@ -105,7 +105,7 @@ class SimulationServices:
         self._action = SimulateSteps(node, action, self._codes, control)
 
     def _answered(self, act: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
-        """Return the callback of a service: a refusal becomes its result."""
+        """Return the callback of a service, which reports a refusal in the response's result."""
 
         def callback(request: Any, response: Any) -> Any:
             code, text = self._codes.RESULT_OK, ""
@@ -117,14 +117,18 @@ class SimulationServices:
                 code, text = self._codes.RESULT_INCORRECT_STATE, str(error)
             except AbSimError as error:
                 code, text = self._codes.RESULT_OPERATION_FAILED, str(error)
-            if hasattr(response, "result"):  # that of GetSimulatorFeatures has none
+            if hasattr(response, "result"):  # the response of GetSimulatorFeatures has none
                 response.result.result, response.result.error_message = code, text
             return response
 
         return callback
 
     def _done(self, answer: Answer, code: int | None = None) -> None:
-        """Refuse, with this code, what the drive has refused."""
+        """Raise a refusal if the drive has refused; ``code``: its result code.
+
+        Raises:
+            RefusedRequest: the answer is a refusal.
+        """
         if not answer[0]:
             raise RefusedRequest(
                 self._codes.RESULT_OPERATION_FAILED if code is None else code, answer[1]
@@ -246,11 +250,16 @@ class SimulationServices:
         if name not in names:
             raise RefusedRequest(
                 self._codes.RESULT_NOT_FOUND,
-                f"entity {name!r} is not known{nearest(name, names)}; known are {', '.join(names)}",
+                f"entity {name!r} does not exist{nearest(name, names)}; there are "
+                + ", ".join(names),
             )
 
     def _filtered(self, session: Session, filters: Any) -> list[str]:
-        """Return the names of the entities that a filter of names selects."""
+        """Return the names of the entities that a request's filters select.
+
+        Raises:
+            RefusedRequest: the filters are not supported, or invalid.
+        """
         if filters.categories or filters.tags.tags or filters.bounds.type:
             raise RefusedRequest(
                 self._codes.RESULT_FEATURE_UNSUPPORTED,
@@ -286,7 +295,7 @@ class SimulationServices:
         return state
 
     def _worlds(self) -> dict[str, Path]:
-        """Return the files of the scenes that peers may load, by URI."""
+        """Return the files of the scenes that clients may load, by URI."""
         files = {name: find_scene(name) for name in scene_names()}
         if folder := self._node.settings.values["worlds"]:
             files |= {path.name: path for path in sorted(path_of(folder).glob("*.yaml"))}
@@ -325,19 +334,19 @@ class SimulationServices:
                 )
                 if resource.resource_string
                 else RefusedRequest(
-                    response.NO_RESOURCE, "uri: is empty; get_available_worlds lists some"
+                    response.NO_RESOURCE, "uri: is empty; give one that get_available_worlds lists"
                 )
             )
         worlds = self._worlds()
         if (path := worlds.get(resource.uri)) is None:
             raise RefusedRequest(
                 self._codes.RESULT_NOT_FOUND,
-                f"uri = {resource.uri!r}: not known{nearest(resource.uri, worlds)}; it must be one "
+                f"uri = {resource.uri!r}: unknown{nearest(resource.uri, worlds)}; it must be one "
                 "that get_available_worlds lists: a scene of ab_sim, or a file in the folder of "
                 "the parameter worlds",
             )
         with self._node.active():
-            pass  # before parameters are set
+            pass  # refuse an inactive node before its parameters are changed
         scene = resource.uri if path.stem == resource.uri else str(path)
         accepted = self._node.set_parameters_atomically(
             [Parameter("scene", value=scene), Parameter("changes", value=[""])]

@@ -1,28 +1,28 @@
-"""Number of nodes that command a drive, of publishers that DDS still lists; no ROS."""
+"""Number of nodes that command a drive, from the publishers that DDS lists; no ROS."""
 
 from collections import Counter
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 PARTICIPANT = 12
-"""Length of the part of an endpoint's identifier that names its participant, i.e. its process."""
+"""Length of the part of an endpoint's identifier that identifies its participant [bytes]."""
 
 
 class Endpoint(NamedTuple):
-    """A publisher of commands."""
+    """Publisher of commands."""
 
     topic: str
     node: str
-    """Full name of its node."""
+    """Full name of the publisher's node."""
     gid: bytes
-    """Identifier in DDS."""
+    """Identifier of the publisher in DDS."""
 
 
 class Sources(NamedTuple):
     """Nodes that command a drive."""
 
     alive: int = 0
-    """Number of sources; a node on both topics counts once."""
+    """Number of sources; a node with publishers on several topics counts once."""
     dead: int = 0
     """Number of publishers that may be dead, although their DDS lease has not ended."""
 
@@ -30,16 +30,16 @@ class Sources(NamedTuple):
     def of(
         endpoints: Sequence[Endpoint], heard: Collection[bytes], lately: set[bytes]
     ) -> "Sources":
-        """Count publishers, by DDS's list and by the messages received.
+        """Count the sources among publishers, by the messages received from them.
 
-        A killed process stays in the list for 20 s. It does not count if another process with a
-        node of the same name has sent lately, because the node was then restarted. A publisher
-        without recent messages may be dead, or may hold its command.
+        DDS lists a killed process for another 20 s. It does not count if another process with a
+        node of the same name has recently sent, because the node was then restarted. A publisher
+        without recent messages may be dead, or may only send changes.
 
         Args:
-            endpoints: all publishers in DDS's list.
-            heard: identifiers of publishers that have ever sent.
-            lately: identifiers of publishers that have sent lately.
+            endpoints: all publishers that DDS lists.
+            heard: identifiers of the publishers that have sent a message at any time.
+            lately: identifiers of the publishers that have recently sent a message.
         """
         talking = {
             (endpoint.node, endpoint.gid[:PARTICIPANT])

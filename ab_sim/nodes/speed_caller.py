@@ -1,4 +1,4 @@
-"""Single speed command to a drive, as from any publisher, and the drive's reaction."""
+"""Client that publishes one speed command, and reports the drive's reaction."""
 
 from typing import Any, NamedTuple
 
@@ -12,19 +12,20 @@ from ab_sim.nodes.session import INACTIVE
 
 COUNTS = ("commands accepted", "commands rejected", "commands ignored")
 ROUNDED = 1.0 + 1e-5
-"""Relative margin of limits, because diagnostics report them to six digits only; within this margin
-the drive decides."""
+"""Factor on the speed limit, because diagnostics report it with six digits only; up to the enlarged
+limit the drive decides."""
 
 SPEED_WAIT = 1.0
-"""Time to wait for the drive's present speed [s], which is part of the answer."""
+"""Longest time to wait for the drive's present speed [s], which is part of the answer."""
 
 
 class AcceptedSpeed(NamedTuple):
-    """A command that the drive has accepted."""
+    """Command that the drive has accepted."""
 
     before: float | None
     """Spindle speed before the command [rad/s]; None if the drive publishes none."""
     limits: SpeedServo
+    """Limits of the drive's commands."""
     health: Health
     """Diagnostics of the drive after the command."""
 
@@ -40,19 +41,20 @@ class AcceptedSpeed(NamedTuple):
 
 
 class SpeedCaller(Caller):
-    """A service caller that can also command a speed."""
+    """Service client that can also command a speed."""
 
     def command(self, node: str, speed: float) -> AcceptedSpeed:
-        """Publish a speed [rad/s] as soon as a drive listens, and wait for the drive's answer.
+        """Publish a speed command when a drive subscribes, and wait for the drive's reaction.
 
         Args:
             node: full name of the drive's node.
             speed: target speed of the spindle [rad/s].
 
         Raises:
-            InputError: the drive does not exist, or the speed is beyond its limit.
-            Refused: the drive does not listen, or ignores commands.
-            AbSimError: the drive does not answer.
+            InputError: the drive does not exist.
+            CommandError: the speed exceeds the drive's limit.
+            Refused: the drive does not subscribe to commands, or ignores them.
+            AbSimError: the drive does not report the command.
         """
         healths: list[Health] = []
         speeds: list[float] = []
@@ -76,7 +78,7 @@ class SpeedCaller(Caller):
         if healths[-1].message == INACTIVE:
             raise Refused(f"{node}: {INACTIVE}; nothing was commanded")
         if not self._until(publisher.get_subscription_count, self._timeout):
-            raise Refused(f"{node} does not listen on {topic.name} (waited {self._timeout:g} s)")
+            raise Refused(f"{node} does not subscribe to {topic.name} (waited {self._timeout:g} s)")
         limits = _limits(healths[-1])
         if abs(speed) > limits.max_speed * ROUNDED:
             limits.check(speed)
@@ -100,17 +102,17 @@ class SpeedCaller(Caller):
 
     def _no_drive_text(self, node: str, healths: list[Health]) -> str:
         if healths:
-            return f"{node} takes no commands; it says: {healths[-1].message}"
+            return f"{node} accepts no commands; its message is: {healths[-1].message}"
         nodes = self.nodes()
         there = f"found {', '.join(sorted(nodes))}" if nodes else self.no_nodes_text
         return (
-            f"there is no drive {node} (waited {self._timeout:g} s); {there}; start one, or say "
-            "whom you mean by --namespace and --node"
+            f"there is no drive {node} (waited {self._timeout:g} s); {there}; start one, or choose "
+            "another with --namespace and --node"
         )
 
 
 def _counts(health: Health) -> tuple[int, ...]:
-    """Return the numbers of accepted, rejected and ignored commands; empty if there are none."""
+    """Return the numbers of accepted, rejected and ignored commands; empty if not reported."""
     return tuple(int(health.values[key]) for key in COUNTS if key in health.values)
 
 

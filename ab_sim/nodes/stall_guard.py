@@ -1,4 +1,4 @@
-"""A guard for a main loop that is in a step which takes long, or never ends."""
+"""Guard of a main loop whose steps may take long, or never end."""
 
 import sys
 import threading
@@ -16,19 +16,19 @@ GLANCE = 0.1
 STALLED = 0.5
 """Duration of an iteration of the loop above which the loop counts as stalled [s]."""
 GRACE = 2.0
-"""Time that a stalled loop has to end after a signal [s]."""
+"""Longest time for a stalled loop to end after a signal [s]."""
 LEAVING = 2.0
-"""Time that the node of a stalled loop has to leave the graph [s]."""
+"""Longest time for the node of a stalled loop to leave the graph [s]."""
 
 
 class StallGuard:
-    """Answers urgent requests for a stalled main loop, and ends the process for it.
+    """Answers urgent requests while the main loop is stalled, and then ends the process on request.
 
-    Machine code releases Python's lock, so this thread runs while the loop is in machine code.
+    The guard is a thread. It runs while the loop is in machine code, which releases Python's lock.
 
     Args:
-        node: node that leaves the graph with the process.
-        stopping: event that is set when the loop is requested to end.
+        node: node to remove from the graph at the end of the process.
+        stopping: event that is set when the loop is to end.
         answer: function that serves urgent requests; called while the loop is stalled.
     """
 
@@ -39,11 +39,11 @@ class StallGuard:
         self._thread = threading.Thread(target=self._watch, name="stall guard", daemon=True)
 
     def begin(self) -> None:
-        """Note that a round of the loop begins."""
+        """Record that an iteration of the loop begins."""
         self._begun = time.monotonic()
 
     def end(self) -> None:
-        """Note that the round is over, and the loop waits."""
+        """Record that the iteration has ended, and the loop waits."""
         self._begun = None
 
     def __enter__(self) -> "StallGuard":
@@ -75,8 +75,7 @@ class StallGuard:
         """End the process without the main loop."""
         name = self._node.get_fully_qualified_name()
         print(
-            f"{name}: a step has not ended for {stalled:.1f} s; ended without it, and without the "
-            "last samples",
+            f"{name}: a step has taken {stalled:.1f} s and is abandoned; the last samples are lost",
             file=sys.stderr,
         )
         leave_graph(self._node, LEAVING)

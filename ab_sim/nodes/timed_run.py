@@ -1,4 +1,4 @@
-"""A profile by a clock that may jump, and its snapshots; no ROS."""
+"""Run of a profile by a clock that may jump, and its snapshots; no ROS."""
 
 from collections.abc import Callable
 
@@ -10,20 +10,20 @@ from ab_sim.nodes.checked_profile import CheckedProfile
 from ab_sim.nodes.profile_snapshot import ProfileSnapshot
 
 LEAP = 2_000_000_000
-"""Advance of a clock between two commands beyond which it has jumped [ns]."""
+"""Advance of a clock between two commands from which on it may be a jump [ns]."""
 FASTEST = 200.0
-"""Largest speed of a simulated clock relative to real time; a faster advance is a jump."""
+"""Largest ratio of simulated to real time; a faster advance is a jump."""
 
 
 class TimedRun:
-    """Runs profiles by a clock. Simulated time may jump when a simulator is reset or restored.
+    """Runs profiles by a clock, which may jump if it is that of a simulator.
 
     Args:
         period: time between two commands [s].
-        simulated: whether time is a simulator's. Periods then count from the profile's start;
-            otherwise a command is due at every call.
+        simulated: whether the clock is that of a simulator. Periods then count from the profile's
+            start; otherwise a command is due at every call.
         say: see ``ProfileRun``.
-        warn: receives reports on jumps.
+        warn: function that reports a jump of the clock.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class TimedRun:
 
     @property
     def waits(self) -> bool:
-        """True if the run was restored before the drive."""
+        """True if the run was restored, and waits until the drive is restored, too."""
         return self._put_back is not None
 
     @property
@@ -66,14 +66,14 @@ class TimedRun:
         """Run a profile from its beginning.
 
         Args:
-            now: time [ns].
-            plan: the profile.
+            now: present time [ns].
+            plan: profile to run.
             silence: see ``CheckedProfile.execution``.
             deceleration: deceleration of an abort [rad/s^2].
-            begin: time of the beginning [ns], not before now; None: now.
+            begin: start of the profile [ns], not before ``now``; None: ``now``.
 
         Returns:
-            Reason of a refusal; empty if the profile runs.
+            Empty text, or the reason of a refusal.
         """
         execution, begin = plan.execution(silence), now if begin is None else begin
         if refusal := self.run.start(now * 1e-9, execution, deceleration, begin * 1e-9):
@@ -91,8 +91,8 @@ class TimedRun:
         """Return the speed to command now [rad/s]; None: no command.
 
         Args:
-            now: time [ns].
-            passed: time since the last call by the steady clock [s].
+            now: present time [ns].
+            passed: time since the last call, by the steady clock [s].
         """
         if self._put_back is not None:
             return self._wait(now)
@@ -108,9 +108,14 @@ class TimedRun:
         return self.run.tick(now * 1e-9)
 
     def abort(self, now: int, why: str) -> str:
-        """Ramp down to standstill at the time ``now`` [ns].
+        """Begin to ramp down to standstill.
 
-        Return the reason if that makes no sense.
+        Args:
+            now: present time [ns].
+            why: reason, for the status.
+
+        Returns:
+            Empty text, or the reason if there is no profile to abort.
         """
         if self._put_back is not None:
             # An abort does not wait for the drive to be restored.
@@ -129,10 +134,10 @@ class TimedRun:
     def restore(
         self, now: int, snapshot: ProfileSnapshot, plan: CheckedProfile | None, silence: float
     ) -> None:
-        """Continue from a snapshot, as soon as the drive has reached its time.
+        """Restore a snapshot, and continue when the drive has reached its time.
 
         Args:
-            now: time [ns].
+            now: present time [ns].
             snapshot: state to restore.
             plan: profile of the snapshot; None: no profile.
             silence: see ``CheckedProfile.execution``.
@@ -141,25 +146,29 @@ class TimedRun:
             InputError: the snapshot belongs to another profile or is damaged; nothing has changed.
         """
         if plan is not None and plan.made_of != snapshot.made_of:
-            raise InputError(f"{plan.source} is another profile than it was; save it again")
+            raise InputError(
+                f"the profile {plan.source} has changed since; save a new snapshot, or restore the "
+                "profile"
+            )
         try:
             self.run.restore(snapshot.run, None if plan is None else plan.execution(silence))
         except NOT_AS_WRITTEN as error:
-            raise InputError(f"it holds no state of a profile: {reason_of(error)}") from error
+            raise InputError(f"it has no valid state of a profile: {reason_of(error)}") from error
         self._plan, self._now, self._began = plan, snapshot.time, snapshot.began
         self._put_back = now
 
     def _wait(self, now: int) -> float | None:
-        """Wait until the drive's time runs back, or reaches the snapshot's.
+        """Return the speed to command [rad/s] once the drive's time has reached the snapshot's.
 
-        Return the command then.
+        Before, return None. The drive's time either jumps back, or advances to the snapshot's.
         """
         since, self._put_back = self._put_back, now
         assert since is not None
         if not (now < since if since > self._now else now >= self._now):
             return None
         self._put_back = None
-        # Sent again, because the command may have been in transit when the drive was saved.
+        # The last command is sent again, because it may not have reached the drive before the
+        # drive's snapshot.
         again, anew = self.run.commanded, self.tick(now, 0.0)
         return again if anew is None else anew
 
@@ -171,8 +180,8 @@ class TimedRun:
     def _see_leap(self, before: int, now: int, passed: float) -> None:
         if self.run.state not in (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING):
             return
-        leapt = f"time leapt from {before / 1e9:g} to {now / 1e9:g} s"
-        # At a hundred times real time, a short delay is seconds of simulated time, and no jump.
+        leapt = f"time jumped from {before / 1e9:g} to {now / 1e9:g} s"
+        # At a hundred times real time, a short delay of messages is seconds of simulated time.
         if now < before:
             # The drive was reset or restarted, and is at its start.
             self._warn(leapt)

@@ -1,4 +1,4 @@
-"""The part of the vibration that repeats once per turn, as on a balancing machine."""
+"""Publisher of the once-per-turn vibration, as a balancing machine measures it."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ from ab_sim.scene.frames import SPINDLE
 
 
 class TurnVectorPublisher:
-    """Publishes the vector over the last turn while somebody listens.
+    """Publishes the once-per-turn vector over the last turn, if there are subscribers.
 
     Args:
         node: publishing node; its namespace is part of the frame's name.
@@ -30,14 +30,14 @@ class TurnVectorPublisher:
         self._turn: TurnVector | None = None
 
     def begin(self, scene: Scene) -> None:
-        """Restart with the next sample, which belongs to another run."""
+        """Restart at the next sample, because it belongs to another run."""
         self._turn, self._step_ns = None, round(scene.solver.step * 1e9)
 
     def publish(self, runs: Sequence[Trajectory]) -> None:
-        """Publish the vector at the last sample, if a whole turn lies before it.
+        """Publish the vector at the last sample, if there is a whole turn before it.
 
         Args:
-            runs: the samples of all integration steps since the last call.
+            runs: samples of all integration steps since the last call.
         """
         if not self._publisher.get_subscription_count():
             self._turn = None

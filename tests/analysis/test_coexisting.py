@@ -75,4 +75,4 @@ def test_a_closed_form_that_is_not_borne_out_says_so() -> None:
         assert second.strip().startswith(
             "by the closed form, all 2 can circulate at spindle speeds"
         )
-        assert ("the full equations do not bear that out" in second) is denied
+        assert ("the full equations do not confirm this" in second) is denied

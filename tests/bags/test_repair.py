@@ -188,7 +188,7 @@ def test_the_command_says_what_it_did(killed: Path) -> None:
     tear(killed, 500)
     first, second = (ab_sim("repair", "bag", cwd=killed.parent) for _ in range(2))
     assert first.returncode == second.returncode == 0
-    assert "59 messages; " in first.stdout and "bytes at its end were torn" in first.stdout
+    assert "59 messages; " in first.stdout and "bytes of an incomplete message" in first.stdout
     assert "wrote bag" in first.stderr
     assert "bag is complete: there is nothing to repair" in second.stdout
 

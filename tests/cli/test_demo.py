@@ -72,7 +72,7 @@ def test_says_what_it_did(finished: Demo) -> None:
     for words in (
         "peak W/e", "final W/e", "residual unbalance", "... / without balls",
         "period", "final ball angles", "real-time factor", "worst lateness",
-        "steps dropped", "messages lost", "the same, to the last bit", "startup.rrd",
+        "steps dropped", "messages lost", "identical to the last bit", "startup.rrd",
         "startup.png", "of 9 s", "watch it at http://127.0.0.1:",
         "starting three nodes", "comparing with an offline run",
     ):  # fmt: skip

@@ -33,7 +33,7 @@ def test_it_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
     assert low == pytest.approx(over_speed["folds"][0]["speed"], rel=1e-9)
     assert high == crossing["speed"]
     for words in (
-        "nsc-case-3: where balls can rest at 900 rad/s", "0+2/1", "balanced", "unstable",
+        "nsc-case-3: resting states at 900 rad/s", "0+2/1", "balanced", "unstable",
         "2+0 vanishes at 167.526084 rad/s", "balanced is stable above 192.252865 rad/s (Hopf",
         "no stable state: 167.526 to 192.253 rad/s",
         "no bunch of balls circulates at 900 rad/s", "a start-up may end in any",
@@ -109,7 +109,7 @@ def test_where_they_are_not_looked_for_it_says_why() -> None:
     assert done.returncode == 0, done.stderr
     reason = json.loads(done.stdout)["circulation"]["not_looked_for"]
     assert reason.startswith("effects.ball_contact: ")
-    assert f"circulate are not looked for: {reason}" in " ".join(done.stderr.split())
+    assert f"circulating balls were not searched for: {reason}" in " ".join(done.stderr.split())
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,7 @@ def test_whirl_is_measured_from_where_the_deck_hangs(known: bool, tmp_path: Path
     )
     if not known:
         assert done.returncode == 2 and not (tmp_path / "r.parquet").exists()
-        assert "--channels whirl: is measured from where the deck hangs" in done.stderr
+        assert "--channels whirl: is measured from the deck's rest" in done.stderr
         return
     assert done.returncode == 0, done.stderr
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
@@ -140,7 +140,7 @@ def test_every_channel_of_a_drive_has_a_unit() -> None:
         (("--csv", "r.csv", "--channels", "x,x"), "name each channel once"),
         (("--csv", "r.csv", "--from", "3", "--to", "1"), "--from 3 --to 1: must be times"),
         (("--csv", "r.csv", "--from", "nan"), "must be times"),
-        (("--csv", "r.csv", "--from", "100"), "holds no samples from 100 to inf s"),
+        (("--csv", "r.csv", "--from", "100"), "has no samples from 100 to inf s"),
         (("--csv", "r.csv", "--every", "0"), "--every 0: must be at least 1"),
     ],
 )

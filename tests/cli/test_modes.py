@@ -36,7 +36,8 @@ def test_modes_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> Non
     critical = [round(each["speed"]) for each in over_speed["critical_speeds"]]
     assert critical == [179, 180, 181, 317, 335, 358]
     for words in (
-        "feeding-deck: modes at 335 rad/s", "316.20", "backward", "to and fro", "tilt about x, Z",
+        "feeding-deck: modes at 335 rad/s", "316.20", "backward", "back and forth",
+        "tilt about x, Z",
         "316.91 (backward), 335.36, 357.85 (forward)", "balls spread evenly",
     ):  # fmt: skip
         assert words in done.stdout, words
@@ -49,7 +50,7 @@ def test_json_to_standard_output_is_only_json() -> None:
     assert done.returncode == 0, done.stderr
     frequencies = [mode["frequency"] for mode in json.loads(done.stdout)["modes"]]
     assert frequencies == pytest.approx([100.0, 100.0 * np.sqrt(1.5)]), "k_2 = 1.5 k_1"
-    assert "about where the deck hangs at rest: x = 0 m, y = -0.00065" in done.stderr
+    assert "about the deck's rest position: x = 0 m, y = -0.00065" in done.stderr
 
 
 def test_a_scene_without_suspension_says_so() -> None:
@@ -57,7 +58,7 @@ def test_a_scene_without_suspension_says_so() -> None:
     assert done.returncode == 0, done.stderr
     for mode in json.loads(done.stdout)["modes"]:
         assert mode["frequency"] == 0.0 and mode["damping_ratio"] is None
-    assert "nothing holds the deck where it rests: the scene has no suspension" in done.stderr
+    assert "nothing holds the deck at its rest position: no suspension" in done.stderr
     assert "nothing restores it" in done.stderr
 
 

@@ -74,7 +74,7 @@ def test_a_slip_in_an_option_is_no_word() -> None:
         (("load-scene",), "Missing argument 'SCENE'"),
         (("pause", "now"), "unexpected extra argument"),
         (("pause", "--namespace", "le ft"), "--namespace le ft: must be words between slashes"),
-        (("pause", "--node", "/left/drive_sim"), "what comes before it is given by --namespace"),
+        (("pause", "--node", "/left/drive_sim"), "give the part before it with --namespace"),
         (("pause", "--wait", "nan"), "--wait nan: must be more than 0 s and finite"),
         (("set", "speed_factor"), "'speed_factor': must be NAME=VALUE"),
         (("set", "a=1", "a=2"), "a: is given twice"),
@@ -96,7 +96,7 @@ def test_nobody_there() -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2")
     done = ab_sim("node", "pause", "--namespace", "nowhere", "--wait", "0.3")
     assert done.returncode == 2
-    assert "nobody offers /nowhere/drive_sim/pause (waited 0.3 s)" in done.stderr
+    assert "no node offers /nowhere/drive_sim/pause (waited 0.3 s)" in done.stderr
     done = ab_sim("node", "command", "5", "--namespace", "nowhere", "--wait", "0.3")
     assert done.returncode == 2
     assert "there is no drive /nowhere/drive_sim (waited 0.3 s)" in done.stderr

@@ -19,7 +19,7 @@ def test_a_hint_is_a_command_that_works(tmp_path: Path, monkeypatch: pytest.Monk
     )
     monkeypatch.setenv("PATH", path)
     done = ab_sim("scenes", "no-ball", cwd=tmp_path)
-    hint = done.stdout.splitlines()[-1].removeprefix("to see what is simulated: ")
+    hint = done.stdout.splitlines()[-1].removeprefix("for a summary of the simulation: ")
     command, *arguments = shlex.split(hint)
     assert arguments == ["check", "no-ball"]
     assert Path(command).samefile(SCRIPTS / "ab-sim") and os.access(command, os.X_OK)

@@ -45,7 +45,7 @@ def test_reports_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
         "report", *runs, "--png", "r.png", "--html", "r.html", "--json", "r.json", cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
-    for words in ("peak W", "residual unbalance", "once per turn", "torn: torn: its last"):
+    for words in ("peak W", "residual unbalance", "once per turn", "torn: incomplete: its last"):
         assert words in done.stdout, words
     assert "stranger: has no metrics" in done.stdout
     assert (tmp_path / "r.png").read_bytes().startswith(PNG)

@@ -31,10 +31,10 @@ def test_a_spread_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert "of 60 drives balance" in done.stdout and "peak_whirl_over_e<0.03" in done.stdout
     assert "more runs" in done.stdout and "Sobol indices" in done.stdout
     assert "against balanced-start-up" in done.stdout and "McNemar" in done.stdout
-    pairs = done.stdout.partition("draw by draw")[2].partition("the worst by")[0]
+    pairs = done.stdout.partition("draw by draw")[2].partition("worst runs by")[0]
     assert "peak_whirl_over_e [e]" in pairs
     assert (
-        "8 pairs of drives, and took 24 runs more" in done.stdout and "Traceback" not in done.stderr
+        "8 pairs of drives, with 24 further runs" in done.stdout and "Traceback" not in done.stderr
     )
     assert "use --sobol 128 or more" in " ".join(done.stdout.split())
     report = json.loads((tmp_path / "s.json").read_text())
@@ -83,7 +83,7 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
     )
     assert done.returncode == 0, done.stderr
     assert "share of" in (tmp_path / "p.svg").read_text() and "Traceback" not in done.stderr
-    assert ("failed count as not balanced" in done.stdout) == ("100%" in words[1])
+    assert ("failed runs count as not balanced" in done.stdout) == ("100%" in words[1])
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
         ((*SPREAD, "--balanced", "final_tilt"), "add a limit"),
         ((*SPREAD, "--metrics", "final"), "no such metric"),
         ((*SPREAD, "--workers", "0"), "--workers 0: must be at least 1"),
-        ((*SPREAD, "--until", "soon"), "--until 'soon': must be the half width"),
+        ((*SPREAD, "--until", "soon"), "--until 'soon': must be the half-width"),
         ((*SPREAD, "--until", "0%"), "until 0: must be a share"),
         ((*SPREAD, "--runs", "99999999"), "99999999 runs: must be from 1"),
         ((*SPREAD, "--sobol", "7"), "must be 0, for none, or a power of 2"),

@@ -27,7 +27,7 @@ def test_sensitivity_prints_a_table_and_writes_json_and_picture(tmp_path: Path) 
     for words in (
         "on-edge: final_whirl_over_e [e] =", "% per %", "central differences of runs by rk8",
         "+-", "no influence on",
-        "no percent of 0, so not in the picture; by derivative: ",
+        "value 0, so no % per % and not in the picture; derivative: ",
     ):  # fmt: skip
         assert words in " ".join(done.stdout.split()), words
     assert (tmp_path / "s.png").read_bytes().startswith(PNG)
@@ -45,8 +45,8 @@ def test_an_unsettled_run_is_said() -> None:
     [
         (("--of", "balanced"), "metric 'balanced': is not a number"),
         (("--of", "final_whirl"), "did you mean"),
-        (("--of", "final_speed,"), "must be names with commas between"),
-        (("--to", "balls.mass,balls.mass"), "must be names with commas between, each once"),
+        (("--of", "final_speed,"), "must be different names separated by commas"),
+        (("--to", "balls.mass,balls.mass"), "must be different names separated by commas"),
         (("--to", "balls.mas"), "did you mean 'balls.mass'?"),
         (("--plot", "s.txt"), "s.txt"),
     ],
@@ -61,7 +61,9 @@ def test_what_is_not_differentiable_is_named() -> None:
     )
     assert done.returncode == 0, done.stderr
     words = " ".join(done.stdout.split())
-    assert "final_whirl_over_e is not differentiable here by: start.ball_angles.3" in words
+    assert (
+        "final_whirl_over_e is not differentiable here with respect to start.ball_angles.3" in words
+    )
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ def test_the_best_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "t.json").read_text())
     assert report["found"] and report["is_better"]
-    assert report["active"] == ["balls.mass=0.0005"] and "at its bounds" in done.stdout
+    assert report["active"] == ["balls.mass=0.0005"] and "at an end of its range" in done.stdout
     scene = package.load_scene(tmp_path / "best.yaml")
     assert scene.as_mapping() == report["scene"] and scene.name == "balanced-start-up-tuned"
     head = (tmp_path / "best.yaml").read_text()

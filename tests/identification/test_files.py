@@ -53,7 +53,7 @@ def test_the_command_writes_scene_page_and_json(folder: Path) -> None:
         *("--fit", ",".join(FIT), "--out", str(out), "--html", str(page), "--json", str(report)),
     )
     assert ran.returncode == 0, ran.stderr
-    assert "bench: fits" in ran.stdout and "what to record next" in ran.stdout
+    assert "bench: fits" in ran.stdout and "proposed next recordings" in ran.stdout
     assert ab_sim.load_scene(out).rotor.eccentricity == pytest.approx(8.5e-5, rel=1e-6)
     text = page.read_text()
     assert "residuals: measured minus fitted" in text and "rotor.eccentricity" in text

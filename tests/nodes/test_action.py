@@ -194,7 +194,7 @@ def test_a_drive_that_is_reset_ends_the_goal(session: Session) -> None:
     session.until(lambda: session.speed > 10.0, "10 rad/s")
     assert session.fleet.call("drive_sim/reset")[0]
     status, result = session.result(goal)
-    assert status == ABORTED and result.message.startswith("aborted: time leapt from "), result
+    assert status == ABORTED and result.message.startswith("aborted: time jumped from "), result
 
 
 def test_a_controller_that_ends_says_so(session: Session) -> None:

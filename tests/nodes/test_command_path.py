@@ -207,7 +207,7 @@ def test_what_was_not_kept_is_refused_and_changes_nothing(change: dict[str, obje
     p = path()
     p.receive(200.0, 0)
     before = p.state()
-    with pytest.raises(InputError, match="no state of a path of commands"):
+    with pytest.raises(InputError, match="not a state of a command path"):
         p.restore({} if change is None else {**before, **change})
     assert p.state() == before
 
@@ -242,7 +242,7 @@ def test_what_no_path_has_kept_is_refused(change: dict[str, Any]) -> None:
     p = path()
     p.receive(9.0, 0)
     kept = p.state()
-    with pytest.raises(InputError, match="no state of a path of commands"):
+    with pytest.raises(InputError, match="not a state of a command path"):
         p.restore(kept | change)
     assert p.state() == kept
 
@@ -370,7 +370,7 @@ def test_a_limit_below_what_is_ahead_holds_the_speed() -> None:
     assert told(p, 100) is None, "nothing of it is beyond that"
     p.rules = Rules(max_speed=60.0)
     assert told(p, 500, speed=40.0) == (40.0, 100.0)
-    assert "left at 0.5 s: it goes up to 80 rad/s, and the limit is now 60" in refusals(p)[-1]
+    assert "abandoned at 0.5 s: it reaches 80 rad/s, and the limit is now 60" in refusals(p)[-1]
     p.receive_trajectory(RISE._replace(points=(SetPoint(0, 0.0), SetPoint(SECOND, 50.0))), 600)
     told(p, 600)
     p.rules = Rules(max_acceleration=20.0)
@@ -399,7 +399,7 @@ def test_a_trajectory_in_a_snapshot() -> None:
     for damage in ("x", [None, [[-1.0, 0.0, 0.0]], 0.0, [0.0, 0.0]], [1.5, [], 0.0, [0.0, 0.0]],
                    [None, [], 0.0, [0.0, 0.0]], [0, [[1e300, 0.0, 0.0]], 0.0, [0.0, 0.0]],
                    [0, [], math.nan, [0.0, 0.0]], [0, [[1.0, 0.0]], 0.0, [0.0, 0.0]]):  # fmt: skip
-        with pytest.raises(InputError, match="no state of a path of commands"):
+        with pytest.raises(InputError, match="not a state of a command path"):
             other.restore({**kept, "trajectory": damage})
 
 

@@ -118,9 +118,9 @@ def test_whom_one_asks(session: Fleet, asked: Asked) -> None:
     listed = asked("list", "--wait", "1e6")  # which ends when all have spoken
     assert "/drive_sim" in listed and "/profile_controller" in listed and "start, abort" in listed
     said = asked("pause", "--namespace", "left", "--wait", "5", code=2)
-    assert "nobody offers /left/drive_sim/pause (waited 5 s); /drive_sim would" in said
+    assert "no node offers /left/drive_sim/pause (waited 5 s); /drive_sim offers it" in said
     said = asked("pause", "--node", "profile_controller", "--wait", "5", code=2)
-    assert "/profile_controller is there, and offers abort, restore_snapshot" in said
+    assert "/profile_controller is running, and offers abort, restore_snapshot" in said
 
 
 def test_a_profile_until_the_drive_shakes(session: Fleet, asked: Asked) -> None:
@@ -228,7 +228,7 @@ def test_commanding_a_speed(session: Fleet, asked: Asked) -> None:
     assert "to -1.0472 rad/s" in asked("command", "-10 rpm")
     session.until(lambda: speed_of(session) == pytest.approx(-math.pi / 3), "and backwards")
     asked("deactivate")
-    assert "inactive: time stands still" in asked("command", "9", code=1)
+    assert "inactive: time is stopped" in asked("command", "9", code=1)
     asked("activate")
 
 
@@ -238,7 +238,7 @@ def test_a_drive_that_is_not_ab_sim(fleet: Fleet, tmp_path: Path) -> None:
     profile.write_text(CALM)
     status = fleet.listen(topics.PROFILE_STATUS)
     fleet.start("profile_controller", profile=profile, auto_start=True, abort_deceleration=25.0)
-    fleet.until(lambda: status and "waiting: nobody" in text_of(status[-1]), "it waits")
+    fleet.until(lambda: status and "waiting: no drive" in text_of(status[-1]), "it waits")
     fleet.start_process("board", sys.executable, Path(__file__).with_name("stand_in_drive.py"))
     fleet.until(lambda: text_of(status[-1]) == "done", "the profile is done")
     said = [text_of(message) for message in status]

@@ -77,7 +77,7 @@ def test_warns_when_led_outside_of_what_was_measured(fleet: Fleet) -> None:
     assert 4e-3 / recorded.solver.step == pytest.approx(round(4e-3 / recorded.solver.step))
     chosen = fleet.value("drive_sim", "stepper chosen")
     assert chosen.startswith(f"{description['stepper']} at ") and "asked 1e-08 e" in chosen
-    assert not any("less accurate than asked" in text for text in messages(fleet))
+    assert not any("less accurate than requested" in text for text in messages(fleet))
     # Checks take a twentieth of the loop's time, so that one passage may go by without any.
     speeds, turned = itertools.cycle([200.0, 20.0]), [-math.inf]
 
@@ -85,11 +85,11 @@ def test_warns_when_led_outside_of_what_was_measured(fleet: Fleet) -> None:
         if time.monotonic() - turned[0] > PASSAGE:
             fleet.command(next(speeds))
             turned[0] = time.monotonic()
-        return any("less accurate than asked" in text for text in messages(fleet))
+        return any("less accurate than requested" in text for text in messages(fleet))
 
     fleet.until(warned, "a warning")
-    (text, *_) = [text for text in messages(fleet) if "less accurate than asked" in text]
-    assert "(asked 1e-08)" in text and "whirl" in text
+    (text, *_) = [text for text in messages(fleet) if "less accurate than requested" in text]
+    assert "(requested 1e-08)" in text and "whirl" in text
     assert number(fleet, "largest " + WHIRL) > 1e-8
     assert max(JointSample.of(message).spindle_speed for message in joints) > 60.0
     assert fleet.stop("drive_sim") == 0

@@ -95,7 +95,7 @@ def test_faults(fleet: Fleet, tmp_path: Path) -> None:
 
     # What makes no sense changes nothing.
     refused(session.inject("ball_0 stick"), "did you mean 'sticks'?")
-    refused(fleet.call("drive_sim/inject_faults"), "the parameter faults names none")
+    refused(fleet.call("drive_sim/inject_faults"), "the parameter faults is empty")
     refused(session.inject("pickup drops", "ball_9 sticks"), "'sticks' goes with ball_0, ball_1 in")
     refused(session.inject("mount_0 softens 0.5"), "'softens' goes with suspension in this scene")
     assert [faults_of(message) for message in session.faults] == [[]]

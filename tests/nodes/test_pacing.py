@@ -203,6 +203,6 @@ def test_ticks_stay_on_their_grid() -> None:
 def test_lost_ticks_are_counted_and_told_once() -> None:
     ticker = Ticker(0.005, 0.0)
     assert ticker.due(0.3021) and ticker.lost == 59
-    assert ticker.warning() == "no tick for 0.302 s: this process was kept from running"
+    assert ticker.warning() == "no tick for 0.302 s: this process was not able to run"
     assert ticker.wait(0.3021) == pytest.approx(0.0029) and ticker.due(0.305)
     assert ticker.lost == 59 and ticker.warning() == ""

@@ -18,7 +18,7 @@ WHIRL = "qos_overrides./whirl.publisher"
 UP = {
     "drive_sim": "configuring",
     "profile_controller": "waiting for ~/start",
-    "recorder": "as soon as a drive describes itself",
+    "recorder": "from the description of a drive on",
 }
 """What a node logs when it has taken its parameters."""
 
@@ -65,10 +65,10 @@ class Started:
         ("drive_sim", ["scene:=thesis-hlod"], "did you mean 'thesis-hold'"),
         ("drive_sim", ["scene:=3.5"], "parameter scene = 3.5: must be a text"),
         ("drive_sim", ["changes:=['balls.mass=-1']"], "balls.mass = -1: must be at least 1e-12"),
-        ("drive_sim", ["wake_rate:=300.0"], "a rate of 333.333 1/s would do"),
+        ("drive_sim", ["wake_rate:=300.0"], "use a rate of 333.333 1/s"),
         ("drive_sim", ["wake_rate:=1e9"], "parameter wake_rate"),
         ("drive_sim", ["wake_rate:=fast"], "wake_rate = 'fast': must be a number from 1 to 2000"),
-        ("drive_sim", ["block_rate:=60.0"], "a rate of 62.5 1/s would do"),
+        ("drive_sim", ["block_rate:=60.0"], "use a rate of 62.5 1/s"),
         ("drive_sim", ["publish_rate:=500.0"], "period of publish_rate: 0.002 s must be a whole"),
         (
             "recorder",
@@ -118,12 +118,12 @@ def test_a_ratio_is_told_without_a_unit(unit: str, words: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["scene:=on-edge"], "'scene:=on-edge': is not known; parameters come after --ros-args"),
+        (["scene:=on-edge"], "'scene:=on-edge': is unknown; parameters come after --ros-args"),
         (["scene:=on-edge"], "`--ros-args -p scene:=on-edge`"),
-        (["--scene", "on-edge"], "'--scene': is not known"),
+        (["--scene", "on-edge"], "'--scene': is unknown"),
         (["--ros-args", "scene:=on-edge"], "`--ros-args -p name:=value`"),
         (["--ros-args", "-p", "scene=on-edge"], "ROS does not understand them"),
-        (["--ros-args", "-p", "scene:=no-ball", "--", "fast"], "'fast': is not known"),
+        (["--ros-args", "-p", "scene:=no-ball", "--", "fast"], "'fast': is unknown"),
     ],
 )
 def test_words_that_are_no_parameters(
@@ -188,7 +188,7 @@ def test_a_parameter_for_all_nodes_may_be_of_others(domain: int, tmp_path: Path)
     assert Started(domain, tmp_path, "recorder", *arguments).comes_up()
     log = (tmp_path / "recorder.log").read_text()
     names = "arm.length, joints, pathh (did you mean 'path'?)"
-    warning = f"parameter {names}: ignored; it stands in a section for all nodes, and"
+    warning = f"parameter {names}: ignored; it is in a section for all nodes, and"
     assert log.count(warning) == log.count("ignored") == 1, log
     again = Started(domain, tmp_path, "recorder", *arguments, "-p", "joints:=6").refusal()
     assert "parameter joints: /recorder has none of that name" in again
@@ -198,7 +198,7 @@ def test_a_drive_makes_the_time(domain: int, tmp_path: Path) -> None:
     arguments = ["--ros-args", "-p", "use_sim_time:=true"]
     assert Started(domain, tmp_path, "drive_sim", *arguments).comes_up()
     log = (tmp_path / "drive_sim.log").read_text()
-    assert "use_sim_time = True: has no effect, because this node makes the time" in log
+    assert "use_sim_time = True: has no effect, because this node is the source of simulated" in log
 
 
 def test_a_slip_in_a_file_is_found_in_a_namespace_too(domain: int, tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ def test_what_is_no_command_of_the_spindle_is_refused_once(drive: Fleet) -> None
     both.position = [1.0]
     drive.publish(topics.JOINT_COMMAND, other, both, other, both, message)
     drive.until(lambda: hardware.state == 3.0, "it follows the valid one")
-    drive.reads(DRIVE, "refused: name = ['ball_0']: must be ['spindle']; said once")
+    drive.reads(DRIVE, "refused: name = ['ball_0']: must be ['spindle']; logged once")
     drive.reads(DRIVE, "refused: must have one velocity, and neither position nor effort")
     drive.until(lambda: drive.value(DRIVE, "commands rejected") == "4", "all are counted")
     assert drive.log(DRIVE).count("refused:") == 2

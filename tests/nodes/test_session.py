@@ -79,7 +79,7 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
 
     # Commands that a step waits for.
     assert fleet.set("drive_sim", await_commands=1)[0]
-    refused(fleet.call("drive_sim/step"), "0 of 1 commands came within 1 s; no step taken")
+    refused(fleet.call("drive_sim/step"), "0 of 1 commands arrived in 1 s; no step was taken")
     fleet.command(50.0)
     assert step(fleet) == (12 * WAKE_NS, 5, 1)
     fleet.until(lambda: JointSample.of(joints[-1]).time == 12 * WAKE_NS, "the last")
@@ -114,11 +114,11 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     warned(fleet, "emergency stop: commands are ignored")
     second = topics.COMMAND.publisher(fleet.node)
     fleet.until(second.get_subscription_count, "a second one may command")
-    publishers = "2 publishers on /spindle/command: the last to speak leads the drive"
+    publishers = "2 publishers on /spindle/command: the drive follows the newest command"
     warned(fleet, publishers)
     fleet.reads("drive_sim", publishers)  # while the other warning continues
     fleet.node.destroy_publisher(second)
-    unheard = "/mistaken publishes std_msgs/msg/Float32 on /spindle/command and is not heard"
+    unheard = "/mistaken publishes std_msgs/msg/Float32 on /spindle/command and is ignored"
     fleet.start_process("mistaken", sys.executable, Path(__file__).with_name("other_type.py"))
     warned(fleet, f"{unheard}: commands are std_msgs/msg/Float64")
     count = len(fleet.healths)
@@ -162,7 +162,7 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     )
     assert fleet.set("drive_sim", await_commands=1)[0]
     assert fleet.call("drive_sim/reset")[0]
-    refused(fleet.call("drive_sim/step"), "0 of 1 commands came within 1 s; no step taken")
+    refused(fleet.call("drive_sim/step"), "0 of 1 commands arrived in 1 s; no step was taken")
     assert not fleet.value("drive_sim", "command to output, worst [s]"), "how long they waited"
     assert fleet.stop("drive_sim") == 0
     assert "Traceback" not in fleet.log("drive_sim")

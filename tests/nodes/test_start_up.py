@@ -112,7 +112,7 @@ def test_reset_of_the_drive_aborts_the_profile(fleet: Fleet) -> None:
     fleet.until(lambda: joints and joints[-1].velocity[0] > 2.0, "2 rad/s")
     assert fleet.call("drive_sim/reset")[0]
     fleet.until(lambda: status and text_of(status[-1]) == "aborted", "the profile is aborted")
-    fleet.reads("profile_controller", "time leapt from")
+    fleet.reads("profile_controller", "time jumped from")
     fleet.until(lambda: joints and joints[-1].velocity[0] == 0.0, "standstill")
     assert min(message.velocity[0] for message in joints) == 0.0
     fleet.until(lambda: fleet.call("profile_controller/start")[0], "it may start again")
@@ -177,12 +177,12 @@ def test_a_flood_of_commands_costs_no_samples(fleet: Fleet, tmp_path: Path) -> N
 def test_no_start_without_a_drive(fleet: Fleet) -> None:
     fleet.start("profile_controller", profile="thesis-hold")
     done, text = fleet.call("profile_controller/start")
-    assert not done and "nobody listens on /spindle/command" in text
+    assert not done and "no drive subscribes to /spindle/command" in text
     assert fleet.stop("profile_controller") == 0
 
 
 def test_recorder_without_a_drive_says_so_and_ends_cleanly(fleet: Fleet, tmp_path: Path) -> None:
     fleet.start("recorder", path=tmp_path / "none.rrd")
-    fleet.until(lambda: "no drive heard" in fleet.log("recorder"), "a warning")
+    fleet.until(lambda: "no message from a drive" in fleet.log("recorder"), "a warning")
     assert fleet.stop("recorder") == 0
     assert not (tmp_path / "none.rrd").exists()

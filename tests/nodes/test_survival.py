@@ -79,7 +79,7 @@ def test_the_watchdog_in_each_mode(fleet: Fleet) -> None:
     assert fleet.set("drive_sim", steps=1, await_commands=1)[0]
     fleet.command(100.0)
     assert fleet.call("drive_sim/step")[0]
-    fleet.reads("drive_sim", "no warnings any more")
+    fleet.reads("drive_sim", "no more warnings")
     assert fleet.stop("drive_sim") == 0
 
 
@@ -177,7 +177,7 @@ def test_killed_nodes_are_started_again(fleet: Fleet, tmp_path: Path) -> None:
     heard, found = len(blocks), fleet.value("recorder", "samples missing")
     drive("run-2.rrd")
     fleet.until(lambda: state() == "aborted", "time is another one")
-    fleet.reads("profile_controller", "time leapt from")
+    fleet.reads("profile_controller", "time jumped from")
     fleet.until(lambda: joints and JointSample.of(joints[-1]).time > 10**9, "a second goes by")
     assert np.all(speeds(joints) == 0.0), "no speed of the drive before is wanted"
     fleet.until(lambda: fleet.call("profile_controller/start")[0], "it starts again")

@@ -66,7 +66,7 @@ def test_time_that_leaps() -> None:
     assert bench.start() == ""
     bench.to(1000)
     assert bench.leap(500) == 0.0 and bench.timed.run.state.value == "aborted"
-    assert bench.warned == ["time leapt from 1 to 0.5 s"]
+    assert bench.warned == ["time jumped from 1 to 0.5 s"]
     assert bench.start() == ""
     bench.to(900)
     bench.leap(9000)
@@ -144,9 +144,9 @@ def test_what_is_no_snapshot_of_that_profile(tmp_path: Path) -> None:
     other = planned(ADAPTIVE, "sensors.pick_up.axis_angle=0.1")
     numbers = {**kept.run, "execution": {**kept.run["execution"], "numbers": [1.0, math.nan]}}
     for snapshot, plan, words in (
-        (kept, other, "another profile than it was"),
-        (kept._replace(run=numbers), planned(ADAPTIVE), "holds no state"),
-        (kept._replace(run={}), planned(ADAPTIVE), "holds no state"),
+        (kept, other, "has changed since"),
+        (kept._replace(run=numbers), planned(ADAPTIVE), "has no valid state"),
+        (kept._replace(run={}), planned(ADAPTIVE), "has no valid state"),
         (kept._replace(run={**kept.run, "state": "asleep"}), planned(ADAPTIVE), "'asleep'"),
     ):
         with pytest.raises(InputError, match=words):

@@ -168,6 +168,6 @@ def test_a_profile_that_comes_too_late_begins_later(session: Fleet, tmp_path: Pa
     session.until(lambda: session.call(f"{CONTROLLER}/start")[0], "it starts")
     session.until(lambda: statuses and text_of(statuses[-1]) == "done", "it is done")
     session.until(lambda: speed(session) == 10.0, "and the drive is there")
-    session.reads(CONTROLLER, "the drive had the trajectory too late")
+    session.reads(CONTROLLER, "the trajectory reached the drive too late")
     assert session.stop(CONTROLLER) == 0
     assert session.set(DRIVE, command_delay=0.0)[0]

@@ -73,7 +73,7 @@ def test_write_error_at_the_very_end_is_reported(tmp_path: Path) -> None:
     recording.flush()
     with (
         files_limited_to(path.stat().st_size + 10),
-        pytest.raises(RecordingError, match=r"holds 400 of 400 rows.*File too large"),
+        pytest.raises(RecordingError, match=r"contains 400 of 400 rows.*File too large"),
     ):
         recording.close()
     back = read_recording(path)
@@ -104,7 +104,7 @@ def test_a_file_that_is_lost_meanwhile_holds_nothing(
     assert recording.rows_written == 10
     harm(path)
     recording.block(names, samples[10:])
-    with pytest.raises(RecordingError, match=rf"run\.rrd holds 0 of 20 rows.*{match}"):
+    with pytest.raises(RecordingError, match=rf"run\.rrd contains 0 of 20 rows.*{match}"):
         recording.close()
     assert recording.rows_written == recording.missing == 0
 
@@ -135,7 +135,7 @@ def test_unusable_blocks_are_refused_and_change_nothing(tmp_path: Path) -> None:
             (names[1:], "start with step, time"),
             ([n for n in names if n != "x"], "include step, time, angle, x, y"),
             ([*names[:-1], "x"], "differ"),
-            (names[:-2], "angles of 1 balls.*says balls: 2"),
+            (names[:-2], "angles of 1 balls.*has balls = 2"),
         ):
             with pytest.raises(RecordingError, match=match):
                 recording.block(channels, samples[:, : len(channels)])
@@ -146,7 +146,7 @@ def test_unusable_blocks_are_refused_and_change_nothing(tmp_path: Path) -> None:
             (half, "whole"),
             (endless, "finite"),
             (samples[19:], r"19\.\.39 came after 19"),
-            (samples[[21, 20]], "step must grow"),
+            (samples[[21, 20]], "step must increase"),
         ):
             with pytest.raises(RecordingError, match=match):
                 recording.block(names, rows)

@@ -296,7 +296,7 @@ def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
         "Vibration |a|, deck [m/s²]",
         "Phase of the whirl from the unbalance [deg]",
         "Real-time factor [1]; 1 keeps up",
-        "What is seen",
+        "Explanation",
     }
     reader = RrdReader(file)
     entities = {chunk.entity_path for chunk in reader.stream().to_chunks()}

@@ -285,8 +285,8 @@ def test_what_is_not_independent_is_said_to_be_so() -> None:
     ours = replace(study(), reference=reference.text, reference_shares=reference.shares)
     assert ours.report()["reference_independent"] is False
     for accuracy, words in (
-        (study(), "it is independent: what it shares with ab_sim's steppers is the equations"),
-        (ours, "it is not independent: it shares with what it judges the equations of motion, "
+        (study(), "it is independent: with ab_sim's steppers, it shares only the equations"),
+        (ours, "it is not independent: with ab_sim's steppers, it shares the equations of motion, "
          "laws of friction and contact, steppers, location of events"),
     ):  # fmt: skip
         console = Console(file=io.StringIO(), width=1000)

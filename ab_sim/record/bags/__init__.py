@@ -1,13 +1,14 @@
 """ROS 2 bags: recordings in ROS's own format, for Foxglove, PlotJuggler and ``ros2 bag``.
 
-A bag is a folder as ``rosbag2`` makes it, of format version 9: ``metadata.yaml``, and one MCAP file
-of the folder's name, in chunks compressed by zstd. Its messages are those of the topic contract
-(`ab_msgs_py`), of standard types, in CDR. rosbags reads and writes them; no ROS is needed.
+A bag is a folder in the format of ``rosbag2``, version 9: ``metadata.yaml``, and one MCAP file with
+the folder's name, in chunks compressed by zstd. Its messages are those of the topic contract
+(`ab_msgs_py`), of standard types, in CDR. The package rosbags reads and writes them; no ROS is
+needed.
 
 Messages are in the file after each `BagWriter.flush`. A bag whose writer was killed has no MCAP
-summary, and no counts in ``metadata.yaml``: `Bag` reads it up to the last whole chunk, and has
-``complete`` False. Other programs read it too, unless the writer was killed during a write.
-`repair_bag` completes it.
+summary, and no counts in ``metadata.yaml``: `Bag` reads it up to the last complete chunk, and sets
+``complete`` to False. Other programs can also read it, unless the writer was killed during a write.
+`repair_bag` adds what is missing.
 """
 
 from ab_sim.record.bags.exporting import STATE_RATE, export_bag

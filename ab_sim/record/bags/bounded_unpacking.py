@@ -1,6 +1,6 @@
-"""Bounds on the unpacked size of the content of a bag; rosbags itself has none.
+"""Limits of the unpacked size of a bag's content, which rosbags does not have.
 
-A few kilobytes of compressed zeros unpack to gigabytes, so unpacking stops at a bound.
+A few kilobytes of compressed zeros unpack to gigabytes, so unpacking stops at a limit.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MOST_RATIO = 200
 
 
 def bound_rosbags() -> None:
-    """Replace the unpacking of rosbags by one with bounds."""
+    """Replace the functions by which rosbags unpacks by functions with limits."""
     table: dict[str, Any] = storage_mcap.DECOMPRESSORS
     table["zstd"] = lambda data, size: _chunk(zstd.ZstdDecompressor(), data, size)
     table["lz4"] = lambda data, size: _chunk(lz4.frame.LZ4FrameDecompressor(), data, size)
@@ -52,21 +52,25 @@ def _message(data: bytes) -> bytes:
 
 
 class _BoundedFile(zstd.ZstdFile):
-    """A compressed file, open for reading up to its bound."""
+    """Compressed file, open for reading up to a limit of its unpacked size."""
 
     def __init__(self, file: BinaryIO, mode: Literal["rb"]) -> None:
         super().__init__(file, mode)
         self._left = self._most = MOST_CHUNK + MOST_RATIO * os.fstat(file.fileno()).st_size
 
     def read(self, size: int | None = -1) -> bytes:
-        """Read up to ``size`` bytes."""
+        """Read and unpack up to ``size`` bytes; None or negative: all.
+
+        Raises:
+            ValueError: the file unpacks to more than the limit.
+        """
         if size is None or not 0 <= size <= self._left:
             size = self._left + 1
         data: bytes = super().read(size)
         self._left -= len(data)
         if self._left < 0:
             raise ValueError(
-                f"a compressed file unpacks to more than {self._most} bytes; if it is sound, "
+                f"a compressed file unpacks to more than {self._most} bytes; if that is right, "
                 "unpack it with `zstd -d` and set its compression_mode to ''"
             )
         return data

@@ -1,4 +1,4 @@
-"""Topics in bags: those of the contract (`ab_msgs_py.topics`), and two that only bags have."""
+"""Topics in bags: those of the contract (`ab_msgs_py.topics`), and two kinds only for bags."""
 
 from __future__ import annotations
 
@@ -46,17 +46,17 @@ def offered_qos(qos: Qos) -> OfferedQos:
 
 
 def topic_by_name(name: str) -> Topic | None:
-    """Return the topic of the contract with this full name, in any namespace; None without one."""
+    """Return the topic of the contract with a full name in any namespace; None if there is none."""
     matching = [topic for topic in topics.ALL if name.endswith("/" + topic.name.lstrip("/"))]
     return max(matching, key=lambda topic: len(topic.name)) if matching else None
 
 
 OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL, IMU, PROBE)
-"""A namespace with one of these topics has a drive."""
+"""Topics that show that there is a drive in their namespace."""
 
 
 def further_sensor(name: str, namespace: str) -> Topic | None:
-    """Return the kind of the topic of a sensor after the first one; None of any other topic."""
+    """Return the kind of topic if it is that of a sensor after the first one, else None."""
     for kind, of in ((IMU, imu_of), (PROBE, probe_of)):
         before, _, behind = of("*", False).within(namespace).partition("*")
         if (
@@ -70,17 +70,17 @@ def further_sensor(name: str, namespace: str) -> Topic | None:
 
 
 NUMBER = COMMAND._replace(name="recording/", qos=Qos())
-"""Topics of bags only: numbers of `Recording.scalar`, each on a topic with its name."""
+"""Kind of topic only for bags: values of `Recording.scalar`, each on a topic with its name."""
 DECIMATED = BLOCK._replace(name="recording/decimated", qos=Qos())
-"""Topic of bags only: for a block of a decimated run, just before it, the number of rows left out
-by intent up to each row, and the rule of decimation. The layout is that of a block."""
+"""Topic that only bags have. Before each block of a decimated run, it has a block with the number
+of omitted rows up to each row, and the rule of decimation."""
 DECIMATED_CHANNELS = ("step", "time", "left_out", "every", "around")
 NOTE = "recording."
-"""Prefix of the logger of log messages that hold an entry of `Recording.event`."""
+"""Prefix of the logger's name in log messages that contain an entry of `Recording.event`."""
 
 
 def logger_name(namespace: str, name: str) -> str:
-    """Return the full name of a node's logger, as in log messages."""
+    """Return the full name of a node's logger, as in log messages: ``namespace.name``."""
     return f"{namespace.strip('/').replace('/', '.')}.{name}".lstrip(".")
 
 

@@ -1,4 +1,4 @@
-"""Conversion of a bag's messages to the recordings that a recorder would have written."""
+"""Conversion of a bag's messages to the recordings that a live recorder would have written."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class IgnoredMessages:
 
     @property
     def summary(self) -> str:
-        """Text to append to an error message."""
+        """Text on the ignored messages, to append to an error message."""
         return "".join(
             f"; ignored {count} messages on {topic}, the last one: {reason}"
             for topic, (count, reason) in self.ignored.items()
@@ -57,10 +57,10 @@ class BagConverter(IgnoredMessages):
         self._recording: Recording | None = None
         self._is_decimated = False  # whether the recording consists of decimated blocks
         self._description: dict[str, Any] = {}
-        self._time = 0  # newest [ns]
+        self._time = 0  # newest time [ns]
         self._levels: dict[str, Level] = {}
-        self._left_out = np.empty((0, len(contract.DECIMATED_CHANNELS)))  # of the next block
-        self._pending: list[tuple[Any, ...]] = []  # noted before there were samples
+        self._left_out = np.empty((0, len(contract.DECIMATED_CHANNELS)))  # rule of the next block
+        self._pending: list[tuple[Any, ...]] = []  # entries before the first sample
         self._write: dict[Topic, Callable[[Any], None]] = {
             topics.DESCRIPTION: self._describe,
             DECIMATED: self._decimated,
@@ -80,7 +80,7 @@ class BagConverter(IgnoredMessages):
         self._close()
 
     def write(self, message: Message) -> None:
-        """Convert the next message."""
+        """Convert the next message; count it as ignored if it is invalid."""
         topic = self._kinds[message.topic]
         if topic not in self._write and topic is not NUMBER:
             return
@@ -107,7 +107,7 @@ class BagConverter(IgnoredMessages):
         if not (whole and (np.diff(counts) >= 0).all() and (every >= 1).all()
                 and (around >= 0).all() and np.isfinite(rule).all()):  # fmt: skip
             raise ValueError(
-                "must have whole counts that do not decrease, every >= 1 and around >= 0"
+                "left_out must be whole and not decrease, every at least 1, and around at least 0"
             )
         self._left_out = rule
 
@@ -119,7 +119,7 @@ class BagConverter(IgnoredMessages):
         if described is not None and list(channels) != described:
             raise ValueError(f"has channels {channels}; the drive's description has {described}")
         if self._recording is None or samples[0, 0] <= self._recording.last_step:
-            self._close()  # the drive was reset, and a recording's steps only increase
+            self._close()  # the drive was reset, and steps in a recording must increase
             self._open(channels)
         assert self._recording is not None
         left_out, self._left_out = self._left_out, self._left_out[:0]
@@ -213,5 +213,5 @@ def checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
         raise ValueError(f"channels must begin with step, time and differ: {channels}")
     times = samples[:, 1]
     if not np.isfinite(times).all() or (np.diff(times) < 0).any():
-        raise ValueError("time must be finite and grow from sample to sample")
+        raise ValueError("time must be finite, and not decrease from sample to sample")
     return channels, samples

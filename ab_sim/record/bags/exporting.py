@@ -26,13 +26,13 @@ from ab_sim.scene import Scene, check_scene
 
 STATE_RATE = 250.0
 """Default rate at which `drive_sim` publishes the state [1/s]."""
-_ROWS = 1000  # at a time
+_ROWS = 1000  # rows read at a time
 _BLOCK = 20  # rows of a block
-_PROFILE = "profile: "  # how the recorder notes the profile controller's state
+_PROFILE = "profile: "  # beginning of the recorder's events on the profile controller's state
 _COMMANDS = "commands_received"
 
 TimedMessage = tuple[int, int, Topic, str, bytes]
-"""Time [ns], rank among messages of that time, topic, its full name, message in CDR."""
+"""Time [ns], rank among messages of that time, topic, full name of the topic, message in CDR."""
 
 
 def export_bag(
@@ -42,26 +42,26 @@ def export_bag(
     rate: float = STATE_RATE,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> int:
-    """Write a recording as a bag, a few samples at a time, and return its number of messages.
+    """Write a recording as a bag, a few samples at a time, and return the number of messages.
 
-    Times are simulated. Every sample is in ``vibration/block``. The state, at ``rate``, is on the
-    topics of a drive (`ab_sim.drive.published`), for the channels of the run. Commands and the
-    profile controller's state are on their topics, other events on ``/rosout``, and other scalars
-    on separate topics, ``recording/NAME``. At each time ``/clock`` comes first. `import_bag` makes
-    the same recording from it.
+    Times are simulated. Every sample is in ``vibration/block``. The state is on the topics of a
+    drive (`ab_sim.drive.published`), at ``rate``, as far as the run has the channels. Commands and
+    the profile controller's state are on their topics, other events on ``/rosout``, and other
+    scalars on separate topics, ``recording/NAME``. At each time, ``/clock`` is the first message.
+    `import_bag` converts the bag back to the same recording.
 
     Args:
         run: result of `open_recording`.
         path: path of the bag's folder.
         namespace: namespace of the drive.
-        rate: rate of the state [1/s]; at most one message per sample.
-        progress: called with the number of samples done and the total.
+        rate: rate of the state's messages [1/s]; there is at most one per sample.
+        progress: function that is called with the number of samples done, and of all.
 
     Raises:
-        RecordingError: there are no samples, they cannot be read, or the bag not be written.
+        RecordingError: there are no samples, they cannot be read, or the bag cannot be written.
     """
     if not run.extent.rows:
-        raise RecordingError("the recording holds no samples: there is nothing to export")
+        raise RecordingError("the recording has no samples: there is nothing to export")
     notes = sorted(_notes(run, namespace), key=lambda message: message[:2])
     samples = _Samples(run, namespace, rate)
     with BagWriter(path) as bag:
@@ -77,7 +77,7 @@ def export_bag(
 
 
 def _notes(run: StoredRun, namespace: str) -> Iterator[TimedMessage]:
-    """Yield commands, scalars and events, each after the clock."""
+    """Yield commands, scalars and events, and a clock message for each of their times."""
     times = set()
     for name, scalar in run.notes.scalars.items():
         topic = topics.COMMAND
@@ -100,7 +100,7 @@ def _notes(run: StoredRun, namespace: str) -> Iterator[TimedMessage]:
 
 
 class _Samples:
-    """The messages that a drive would have published for the samples."""
+    """Converter of samples to the messages that a live drive would have published."""
 
     def __init__(self, run: StoredRun, namespace: str, rate: float) -> None:
         self._run, self._namespace = run, namespace
@@ -120,7 +120,7 @@ class _Samples:
         try:
             self._scene = check_scene(run.description["scene"], "the recording")
         except (SceneError, LookupError, TypeError, ValueError):
-            pass  # recorded by another program: driving forces are unknown
+            pass  # The recording is of another program: driving forces are unknown.
 
     def messages(self, progress: Callable[[int, int], None]) -> Iterator[TimedMessage]:
         """Yield all messages, sorted by time."""
@@ -157,8 +157,8 @@ class _Samples:
         for row, time in enumerate(times.tolist()):
             if time >= self._due:
                 chosen.append(row)
-                # On a fixed grid, so that the mean rate is exact even if the period is not a
-                # multiple of the step.
+                # Due times are on a fixed grid, so that the mean rate is exact even if the period
+                # is not a multiple of the step.
                 self._due = (time // self._period + 1) * self._period
         if not chosen:
             return
@@ -171,7 +171,7 @@ class _Samples:
                 yield time, 1, topic, name, template.at(time, part[at])
 
     def _numbers(self, rows: Trajectory) -> np.ndarray:
-        """Return numbers of the messages of some rows, in the order of `StateChannels.names`."""
+        """Return the numbers of some rows' messages, in the order of `StateChannels.names`."""
         turning = np.zeros((len(rows), 3))
         if rows.tilts and "wx_rate" in rows.channels:
             turning = rows.angular_acceleration
@@ -179,7 +179,7 @@ class _Samples:
         return np.column_stack([rows.samples, constants, self._efforts(rows), turning])
 
     def _efforts(self, rows: Trajectory) -> np.ndarray:
-        """Return the efforts of the balls; NaN if the recording has no scene."""
+        """Return the driving torques of the balls [N m]; NaN if the recording has no scene."""
         if self._scene is not None and self._scene.balls.count == rows.balls:
             return -driving_forces(rows, self._scene) * self._scene.race.radius
         return np.full((len(rows), rows.balls), math.nan)

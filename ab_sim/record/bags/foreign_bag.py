@@ -1,4 +1,4 @@
-"""Bags without ``vibration/block``: from test rigs, or from another program's recorder."""
+"""Import of bags without ``vibration/block``, of a test rig or another program."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ one."""
 _SPINDLE = "spindle"
 _JOINTS = "joints"
 _EVERY = "every "
-"""Prefix of the key of a series with every sample of a sensor."""
+"""Prefix of the key of a series that has every sample of a sensor."""
 ACCELERATION, DISPLACEMENT = "acceleration", "displacement"
-"""Quantity that a sensor reads."""
+"""Quantities that sensors measure."""
 
 
 class _Series:
-    """Samples of one topic, or of one sensor on it."""
+    """Samples of one topic, or of one sensor of the topic."""
 
     def __init__(self, channels: tuple[str, ...]) -> None:
         self.channels = channels
@@ -37,20 +37,21 @@ class _Series:
 
     def add(self, stamp: int, values: list[float]) -> None:
         if self.stamps and stamp <= self.stamps[-1]:
-            raise ValueError(f"its stamp, {stamp} ns, is not later than the one before it")
+            raise ValueError(f"its stamp, {stamp} ns, is not later than that of the message before")
         self.stamps.append(stamp)
         self.flat.extend(values)
 
     @property
     def values(self) -> np.ndarray:
-        """Shape (messages, channels)."""
+        """All values, of shape (messages, channels)."""
         return np.array(self.flat).reshape(-1, len(self.channels))
 
 
 def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
-    """Return values at other stamps [ns] on straight lines.
+    """Return a series, linearly interpolated at other stamps [ns], of shape (stamps, channels).
 
-    NaN beyond an interval after the last.
+    Values are extrapolated by at most one interval after the last stamp. Beyond, and before the
+    first stamp, they are NaN.
     """
     stamps_here = np.array(series.stamps)
     if len(stamps_here) < 2:
@@ -62,7 +63,7 @@ def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
         :, None
     ]
     first, second = series.values[before], series.values[before + 1]
-    # At its own stamp, a value is exactly the received one.
+    # Without rounding, so that a value at a stamp of the series is exactly the received one.
     values = np.where(share == 1.0, second, first + share * (second - first))
     late = stamps_here[-1] + np.median(np.diff(stamps_here))
     values[(stamps < stamps_here[0]) | (stamps > late)] = np.nan
@@ -70,19 +71,19 @@ def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
 
 
 class ForeignBag(IgnoredMessages):
-    """Joins the topics of a foreign bag to one table.
+    """Joins the topics of a bag without blocks to one table.
 
-    There is a row for every stamp of the sensor with most samples; without sensors, of the joints.
-    Angles and rates of joints are interpolated between their stamps, and extrapolated by at most
-    one of their intervals; held values would be late by half an interval. Other series have their
-    last value up to that stamp. Earlier rows, and later ones of joints, are NaN. The command of a
-    row is the one that was in force before its stamp.
+    The table has a row for each stamp of the sensor with the most samples; without sensors, for
+    each stamp of the joints. Angles and rates of joints are interpolated between their stamps, and
+    extrapolated by at most one interval; if they were held, they would be late by half an interval
+    on average. Other channels have the last value up to the stamp of the row. Before its first
+    value, a channel is NaN. The command of a row is the last one before its stamp.
 
     Args:
-        bag: the bag.
+        bag: open bag.
         namespace: namespace of the drive.
         kinds: topics to read, by full name.
-        rows_of: channel whose stamps make the rows instead, if there is one of that name.
+        rows_of: channel of the sensor whose stamps give the rows instead, if it exists.
     """
 
     def __init__(
@@ -93,7 +94,7 @@ class ForeignBag(IgnoredMessages):
         self._series: dict[str, _Series] = {}
         self._pickups: dict[str, str] = {}
         self.notes: list[str] = []
-        """Sensors whose values are held between their stamps."""
+        """Notes on sensors whose values are held between their stamps."""
         self._commands = _Series(("command",))
         self._now = 0
         self._own: dict[str, Any] = {}
@@ -111,7 +112,7 @@ class ForeignBag(IgnoredMessages):
             kind = read[message.topic]
             try:
                 message_read = decoded(message.data, kind.type_name)
-                # A test rig may have other joints than a drive.
+                # Joints are read from the message itself: a rig may have others than a drive.
                 raw = kind is topics.JOINT_STATES
                 self._read[kind](message_read if raw else kind.sample(message_read))
             except ValueError as error:
@@ -147,7 +148,7 @@ class ForeignBag(IgnoredMessages):
         for series in [*self._series.values(), self._commands]:
             if not series.stamps:
                 continue
-            # A command with the stamp of a row acts after it.
+            # A command with the stamp of a row acts after the row.
             until = stamps - 1 if series is self._commands else stamps
             at = np.searchsorted(np.array(series.stamps), until, side="right") - 1
             values = np.where(at[:, None] < 0, np.nan, series.values[at])
@@ -165,12 +166,14 @@ class ForeignBag(IgnoredMessages):
     def _add(self, key: str, names: tuple[str, ...], stamp: int, values: list[float]) -> None:
         series = self._series.setdefault(key, _Series(names))
         if series.channels != names:
-            raise ValueError(f"gives {', '.join(names)} and gave {', '.join(series.channels)}")
+            raise ValueError(
+                f"has {', '.join(names)}, and earlier messages have {', '.join(series.channels)}"
+            )
         series.add(stamp, values)
         self._now = stamp
 
     def _command(self, speed: float) -> None:
-        # Commands have no stamp. Of several between two stamps the last one counts.
+        # Commands have no stamp, and get that of the last message. Of several, the last one counts.
         self._commands.stamps.append(self._now)
         self._commands.flat.append(speed)
 
@@ -209,7 +212,7 @@ class ForeignBag(IgnoredMessages):
         self._add(_EVERY + names[0], names, sample.time, [*sample.place])
 
     def _channels(self, frame: str, kind: str) -> tuple[str, ...]:
-        """Return the channels of the sensor with a frame; none for the housing's frame."""
+        """Return the channels of the sensor with a frame; empty for the housing's frame."""
         if frame in ("", frame_of(self._namespace, HOUSING)):
             return ()
         sensor = re.sub(r"[^a-z0-9_]", "_", frame.rpartition("/")[2].lower())

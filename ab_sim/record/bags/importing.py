@@ -1,4 +1,4 @@
-"""Recordings from a bag."""
+"""Import of a bag as recordings."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ _CHUNK = 1000  # rows
 
 
 class ImportedBag(NamedTuple):
-    """The recordings from a bag."""
+    """Result of the import of a bag."""
 
     files: list[Path]
-    """Files; several if the drive was reset, or another drive published its description."""
+    """Recordings; several if the drive was reset, or another drive published its description."""
     rows: int
+    """Number of samples."""
     missing: int
-    """Number of steps missing between steps in the bag."""
+    """Number of missing steps between the first and the last step."""
     ignored: dict[str, tuple[int, str]]
-    """By topic: number of unusable messages, and the error of the last one."""
+    """Number of unusable messages, and the error of the last one, by topic."""
     complete: bool
     """True if the bag was finished; if not, its readable part was used."""
     notes: list[str]
-    """Sensors of a bag without blocks whose values are held between their stamps."""
+    """Notes on sensors whose values are held between their stamps, in a bag without blocks."""
 
 
 def import_bag(
@@ -46,10 +47,10 @@ def import_bag(
     """Convert a bag to recordings.
 
     With ``vibration/block``, the recordings are equal to those of a live recorder, to the bit.
-    Without it, there is one recording with a row at every stamp of the sensor with most samples on
-    ``vibration``, ``whirl``, ``imu/data_raw`` and ``displacement``. It also has the other sensors,
-    joints and commands. Joints are interpolated; other values are the last ones received. Where
-    positions are unknown, nothing is drawn.
+    Without it, there is one recording, from ``vibration``, ``whirl``, ``imu/data_raw``,
+    ``displacement``, joints and commands. It has a row for each stamp of the sensor with the most
+    samples. Joints are interpolated; other values are the last ones received. If positions are
+    unknown, the recording has no drawing.
 
     Args:
         path: path of the bag, see `Bag`.
@@ -71,7 +72,8 @@ def import_bag(
         log = BagConverter(prefix, kinds, out)
         messages = sum(bag.topics[name].messages for name in kinds)
         if BLOCK.within(prefix) in kinds:
-            # A recorder that started later than the drive has it after some of the samples.
+            # The description is converted first: if the bag's recorder started after the drive, the
+            # description may follow samples.
             for first in islice(bag.messages({DESCRIPTION.within(prefix)}), 1):
                 log.write(first)
             with log:
@@ -101,7 +103,7 @@ def choose_namespace(bag: Bag, wanted: str | None) -> str:
         return named
     if not there:
         raise RecordingError(
-            f"{bag.path} has nothing of a drive: none of "
+            f"{bag.path} has no topics of a drive: none of "
             + ", ".join(f"{kind.name} ({kind.type_name})" for kind in contract.OF_A_DRIVE)
             + f", in any namespace; it has {_listed(bag)}"
         )
@@ -148,7 +150,7 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
 
 
 def _import_foreign(table: ForeignBag, bag: Bag, out: Path) -> ImportedBag:
-    """Record a bag that has no blocks."""
+    """Write the recording of a bag without blocks."""
     if not len(table.samples):
         raise RecordingError(f"{bag.path}: there is no message that can be used{table.summary}")
     with Recording(out, description=table.description, drawn=table.drawn, index=False) as recording:

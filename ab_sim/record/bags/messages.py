@@ -1,4 +1,4 @@
-"""Conversion of samples to ROS messages in CDR and back, with rosbags instead of ROS."""
+"""Conversion between samples and serialised ROS messages (CDR), with rosbags instead of ROS."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ TYPES = get_typestore(Stores.ROS2_KILTED)
 """ROS 2's standard messages; those of the contract are the same in Jazzy."""
 
 _ROS_TYPE_NAMES = {"float64": "double", "float32": "float", "bool": "boolean", "byte": "octet"}
-"""Names of numeric types in ROS's own messages that differ from those of rosbags."""
+"""Names of numeric types in ROS, for those that have another name in rosbags."""
 
 
 def encoded(topic: Topic, sample: Any) -> bytes:
-    """Return a sample as the topic's serialised message (CDR)."""
+    """Return a sample as a serialised message (CDR) of its topic."""
     message = _message_of(topic.type_name, topic.conversion.fields(sample))
     return bytes(TYPES.serialize_cdr(message, topic.type_name))
 
 
 def prefilled(topic: Topic, sample: Any) -> Prefilled:
-    """Return a template of messages that differ from this sample's in stamps and numbers only."""
+    """Return a message template from a sample, in which only stamp and numbers change."""
     message = _message_of(topic.type_name, topic.conversion.fields(sample))
     return Prefilled(message, fields_of=_fields_of)
 
 
 def decoded(message: bytes, type_name: str) -> Any:
-    """Return the message in CDR bytes.
+    """Return the message that CDR bytes contain.
 
     Raises:
         ValueError: the bytes are not a message of that type.
@@ -44,7 +44,7 @@ def decoded(message: bytes, type_name: str) -> Any:
         except SerdeError:
             if type_name != topics.JOINT_COMMAND.type_name:
                 raise
-            # After a list that is last and empty, ROS leaves 12 bytes.
+            # ROS appends 12 bytes if the last field is an empty list.
             return TYPES.deserialize_cdr(message[:-12], type_name)
     except Exception as error:  # rosbags raises various errors
         raise ValueError(f"not a {type_name}: {error}") from error
@@ -67,7 +67,7 @@ def _value(kind: Any, value: Any) -> Any:
 
 
 def _fields_of(message: Any) -> dict[str, str]:
-    """Return names and types of the fields, in the notation of ROS's own message classes."""
+    """Return names and types of a message's fields, in the notation of ROS's message classes."""
     return {
         name: _ros_type_name(kind) for name, kind in TYPES.get_msgdef(message.__msgtype__).fields
     }

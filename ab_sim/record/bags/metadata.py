@@ -1,4 +1,4 @@
-"""``metadata.yaml`` of an unfinished bag; rosbags writes that of a finished one."""
+"""Metadata (``metadata.yaml``) of an unfinished bag; rosbags writes those of a finished one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _UNFINISHED = "ab_sim_unfinished"
 
 
 def initial_metadata(file: Path, topics: Collection[Connection]) -> bytes:
-    """Return the metadata of a bag with these topics, with message counts of 0."""
+    """Return the content of ``metadata.yaml`` for an MCAP file and its topics, with counts of 0."""
     none = {"nanoseconds": 0}
     since = {"nanoseconds_since_epoch": 0}
     about: dict[str, Any] = {
@@ -39,13 +39,13 @@ def initial_metadata(file: Path, topics: Collection[Connection]) -> bytes:
     }
     yaml, text = YAML(typ="safe"), StringIO()
     yaml.default_flow_style = False
-    yaml.representer.ignore_aliases = lambda *_: True  # other parsers need not support them
+    yaml.representer.ignore_aliases = lambda *_: True  # some parsers do not support aliases
     yaml.dump({"rosbag2_bagfile_information": about}, text)
     return text.getvalue().encode()
 
 
 def is_unfinished(path: Path) -> bool:
-    """Return whether metadata are those of ``initial_metadata``."""
+    """Return whether a metadata file was written by ``initial_metadata``."""
     return f"{_UNFINISHED}:" in path.read_text(errors="replace")
 
 

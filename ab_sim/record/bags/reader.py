@@ -1,4 +1,4 @@
-"""Reading of a bag."""
+"""Reader of bags."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ bound_rosbags()
 
 
 class BagTopic(NamedTuple):
-    """A topic of a bag."""
+    """Topic of a bag."""
 
     type: str
     messages: int
-    """Number of its messages."""
+    """Number of messages."""
     qos: Qos | None
-    """QoS profile of its first publisher, if the bag has it."""
+    """QoS profile of the topic's first publisher; None if the bag does not have it."""
 
 
 class Message(NamedTuple):
-    """A message in a bag."""
+    """Message of a bag."""
 
     topic: str
     time: int
@@ -43,10 +43,10 @@ class Message(NamedTuple):
 
 
 def _match_by_name(reader: DirectoryReader) -> None:
-    """Let a topic in a folder's metadata match its channels by name and type alone.
+    """Make the topics in a bag's metadata match those in its files by name and type only.
 
-    rosbags also compares QoS and type hashes, and passes over messages where these differ, as they
-    do after a conversion or where a topic had several publishers.
+    rosbags also compares QoS and type hashes, and skips the messages of a topic for which these
+    differ. They differ after a conversion, or if a topic had several publishers.
     """
     named = {
         (connection.topic, connection.msgtype): connection for connection in reader.connections
@@ -62,19 +62,19 @@ def _match_by_name(reader: DirectoryReader) -> None:
 
 
 def _reason(error: Exception) -> str:
-    """Return the reason of a reader's error, which may have no text."""
+    """Return the text of a reader's error; if it has none, the name of its class."""
     if isinstance(error, MemoryError):
         return "it states a size that exceeds the memory"
     return shortened(str(error)) or type(error).__name__
 
 
 class Bag:
-    """A bag, open for reading: a folder of ``rosbag2`` (MCAP or SQLite), or one of its files.
+    """Bag of ``rosbag2`` (MCAP or SQLite), open for reading; a context manager.
 
-    It is a context manager. The readable part of an unfinished bag is read.
+    Of an unfinished bag, the readable part is read.
 
     Args:
-        path: the folder or the file.
+        path: folder of the bag, or one of its files.
 
     Raises:
         RecordingError: there is no bag, or it cannot be read; the methods raise it, too.
@@ -128,7 +128,7 @@ class Bag:
             except StopIteration:
                 return
             except Exception as error:  # rosbags may raise any error for a damaged file
-                raise RecordingError(f"the bag {self.path} is torn: {_reason(error)}") from error
+                raise RecordingError(f"the bag {self.path} is damaged: {_reason(error)}") from error
             yield Message(connection.topic, time, data)
 
     @property
@@ -140,7 +140,7 @@ class Bag:
         path = self._file()
         try:
             if path.is_dir():
-                read_yaml_file(path / METADATA)  # rosbags itself has no limits
+                read_yaml_file(path / METADATA)  # refuses huge content, which rosbags would read
             torn = path.suffix == ".mcap" and not is_finished(path)
             if path.suffix == ".mcap" and path.open("rb").read(len(MAGIC)) != MAGIC:
                 raise ValueError("it does not begin like MCAP")
@@ -172,7 +172,7 @@ class Bag:
         except OSError as error:
             raise RecordingError(f"{cannot}{error.filename}: {error.strerror}") from error
         files = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])
-        # Metadata exist from the beginning, but have counts only at the end.
+        # The metadata file exists from the beginning, but has counts only at the end.
         finished = len(files) != 1 or files[0].suffix != ".mcap" or is_finished(files[0])
         if (path / METADATA).is_file() and finished:
             return path

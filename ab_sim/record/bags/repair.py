@@ -1,4 +1,4 @@
-"""Repair of a bag without an end: its writer was killed, or the machine failed."""
+"""Repair of a bag without an end, whose writer was killed or whose machine failed."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class BagRepair(NamedTuple):
 def repair_bag(
     path: Path | str, progress: Callable[[int, int], None] = lambda done, of: None
 ) -> BagRepair | None:
-    """Complete a bag that has no end; all complete messages are kept, bit for bit.
+    """Repair a bag that has no end; all complete messages are kept, bit for bit.
 
-    A new file is written next to the old one and replaces it when it is complete. Until then, and
+    A new file is written next to the old one, and replaces it when it is complete. Until then, and
     after an error, the old file is unchanged.
 
     Args:
         path: path of the bag's folder, or of the .mcap file in it.
-        progress: called with the number of messages done and the total.
+        progress: function that is called with the number of messages done, and of all.
 
     Returns:
         Result of the repair; None if the bag was already complete.
@@ -76,7 +76,8 @@ def repair_bag(
             repaired.chmod(file.stat().st_mode)
             lost = torn_bytes(file)
             repaired.replace(file)
-            # Before this line the metadata say "unfinished", so that the repair is repeated.
+            # After a failure before this line, the metadata are still those of an unfinished bag,
+            # so that the repair can be repeated.
             if beside or Path(path).is_dir():
                 (repaired.parent / METADATA).replace(metadata)
     except OSError as error:
@@ -85,7 +86,7 @@ def repair_bag(
 
 
 def _remove_leftovers(folder: Path) -> None:
-    """Remove what repairs that were killed have left in a bag's folder."""
+    """Remove the temporary folders of killed repairs from a bag's folder."""
     for room in folder.glob(f"{_UNFINISHED}*"):
         number = room.name.removeprefix(_UNFINISHED).partition("-")[0]
         if number.isdecimal() and not psutil.pid_exists(int(number)):

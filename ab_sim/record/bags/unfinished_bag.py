@@ -1,4 +1,4 @@
-"""MCAP files without a footer: their writer was killed, or is still running."""
+"""MCAP files without a footer, whose writer was killed or is still running."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any, BinaryIO
 from ab_sim.base.input_file import check_regular
 
 MAGIC = b"\x89MCAP0\r\n"
-_FOOTER = struct.Struct("<BQQQI")  # 2, length, where the summary begins, and its offsets; checksum
+_FOOTER = struct.Struct("<BQQQI")  # 2, length, start of the summary, start of its offsets, checksum
 _DATA_END = b"\x0f" + struct.pack("<QI", 4, 0)
 END = _DATA_END + _FOOTER.pack(2, 20, 0, 0, 0) + MAGIC
-"""Footer of a file without a summary: readers then scan the whole file."""
+"""Footer of a file without a summary; readers then scan the whole file."""
 _RECORD = struct.Struct("<BQ")
 
 
@@ -31,7 +31,7 @@ def is_finished(path: Path) -> bool:
 
 
 def written_by(path: Path) -> str:
-    """Return the library named in the header of an MCAP file; empty without one."""
+    """Return the library that the header of an MCAP file names; empty if there is none."""
     with path.open("rb") as file:
         file.seek(len(MAGIC) + _RECORD.size)
         try:
@@ -44,9 +44,9 @@ def written_by(path: Path) -> str:
 
 
 class CompletedFile:
-    """Path-like object that adds a footer after the complete records of a file without one.
+    """Path-like object of a file without a footer; when read, there is one after complete records.
 
-    The file itself is not changed.
+    The file is not changed.
     """
 
     def __init__(self, path: Path) -> None:
@@ -56,7 +56,7 @@ class CompletedFile:
         return str(self._path)
 
     def open(self, mode: str) -> BinaryIO:
-        """Open the file for reading."""
+        """Open the file for reading, with the footer; ``mode`` is ignored."""
         file = self._path.open("rb")
         return io.BufferedReader(_CompletedStream(file, _whole_bytes(file)), 1 << 20)
 
@@ -101,13 +101,13 @@ def torn_bytes(path: Path) -> int:
 
 
 def _whole_bytes(file: BinaryIO) -> int:
-    """Return the number of bytes from the start that are complete records."""
+    """Return the length of the complete records at the start of a file [bytes]."""
     size = file.seek(0, io.SEEK_END)
     at = len(MAGIC)
     while at + _RECORD.size <= size:
         file.seek(at)
         kind, length = _RECORD.unpack(file.read(_RECORD.size))
-        # The data section ends here; the summary would follow.
+        # These kinds end the data; only the summary may follow.
         if kind in (0x00, 0x02, 0x0F) or at + _RECORD.size + length > size:
             break
         at += _RECORD.size + length

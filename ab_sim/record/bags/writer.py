@@ -1,4 +1,4 @@
-"""Writing of a bag."""
+"""Writer of bags."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ _CHECKSUM = 201
 
 
 class BagWriter:
-    """Writer of a bag, for use by one thread at a time.
+    """Writer of a bag, for use by one thread at a time; a context manager.
 
-    After every flush other programs can read the bag: the file has an MCAP footer without summary,
+    After every flush, other programs can read the bag: the file has an MCAP footer without summary,
     which the next message overwrites, and ``metadata.yaml`` has the topics, with message counts of
-    0. A killed writer leaves this state, or a torn end for `repair_bag`. (``ros2 bag reindex`` sees
-    only files whose names end in a number.)
+    0. A killed writer leaves this state, or an incomplete record, which `repair_bag` removes.
 
-    After a write error (disk full) every method except `close` raises it again, and the file is cut
-    back to the last complete flush, so that `Bag` can read it.
+    After a write error (such as a full disk), the file is cut back to the last complete flush, so
+    that `Bag` can read it. All methods except `close` then raise the error again.
 
     Args:
-        path: the bag's folder, which is created and must not exist.
-        file: name of the file in it; empty: NAME_0.mcap.
+        path: folder of the bag, which is created and must not exist.
+        file: name of the file in the folder; empty: NAME_0.mcap, because ``ros2 bag reindex`` only
+            finds files whose names end in a number.
 
     Raises:
         RecordingError: the folder cannot be created; the methods raise it if the bag cannot be
@@ -54,7 +54,7 @@ class BagWriter:
         self.path = Path(path)
         self.messages = 0
         self.messages_written = 0
-        """Messages that a flush has put into the file."""
+        """Number of messages in the file, after the last flush."""
         self._topics: dict[str, Connection] = {}
         self._latest = 0
         self._error: RecordingError | None = None
@@ -65,16 +65,16 @@ class BagWriter:
             self._writer.open()
             self._name_file(file or f"{self.path.name}_0.mcap")
         except WriterError as error:
-            raise RecordingError(f"cannot write the bag {path}: it is there already") from error
+            raise RecordingError(f"cannot write the bag {path}: it exists already") from error
         except OSError as error:
             raise RecordingError(f"cannot write the bag {path}: {error.strerror}") from error
         assert isinstance(self._writer.storage, McapWriter)
         self._storage = self._writer.storage
-        # rosbags leaves out MCAP's own checksum; without any, damage would be taken for samples.
+        # rosbags writes no MCAP checksum. Without a checksum, damage would be read as samples.
         compress: Any = self._storage.compressor
         self._storage.compressor = partial(compress, options={_CHECKSUM: 1})
         self._whole = 0
-        self._metadata_topics = -1  # how many it knows
+        self._metadata_topics = -1  # number of topics in the metadata file
         self.flush()
 
     def __enter__(self) -> BagWriter:
@@ -84,22 +84,31 @@ class BagWriter:
         self.close()
 
     def topic(self, name: str, type_name: str, qos: Qos | None) -> None:
-        """Declare a topic before its first message; ``qos`` is the profile that players offer."""
+        """Declare a topic before its first message.
+
+        Args:
+            name: full name of the topic.
+            type_name: type of its messages.
+            qos: QoS profile with which players publish the topic; None: unknown.
+
+        Raises:
+            RecordingError: the type is unknown.
+        """
         self._check_usable()
         try:
             self._topics[name] = self._writer.add_connection(
                 name, type_name, typestore=TYPES, offered_qos_profiles=[qos] if qos else []
             )
         except TypesysError as error:
-            raise RecordingError(f"{name}: cannot be written: {type_name} is not known") from error
+            raise RecordingError(f"{name}: cannot be written: unknown type {type_name}") from error
 
     def write(self, topic: str, time: int, message: bytes | memoryview) -> None:
         """Add a message.
 
         Args:
-            topic: full name of its topic.
-            time: receive time [ns]; raised to that of the message before, if it is earlier, so that
-                a clock that was set back does not change the order.
+            topic: full name of the message's topic.
+            time: receive time [ns]. If it is earlier than that of the message before, it is
+                replaced by that, so that a clock that was set back does not change the order.
             message: serialised message (CDR).
         """
         self._check_usable()
@@ -131,7 +140,7 @@ class BagWriter:
         self.messages_written = self.messages
 
     def close(self) -> None:
-        """Write the rest and the summary. Does nothing after a close or an error."""
+        """Write the remaining messages and the summary; after a close or an error, do nothing."""
         if self._closed or self._error:
             return
         self.flush()
@@ -154,14 +163,14 @@ class BagWriter:
             raise RecordingError(f"the bag {self.path} is closed")
 
     def _fail(self, error: OSError) -> RecordingError:
-        with contextlib.suppress(OSError):  # it tries again, in vain, to write the rest
+        with contextlib.suppress(OSError):  # this tries again to write, and fails
             self._storage.abort()
         with contextlib.suppress(OSError):
             os.truncate(self._storage.path, self._whole)
             with self._storage.path.open("ab") as file:
                 file.write(END)
         self._error = RecordingError(
-            f"recording stopped: the bag {self.path} holds {self.messages_written} of "
-            f"{self.messages} messages and cannot be written further: {error.strerror}"
+            f"recording stopped: the bag {self.path} contains {self.messages_written} of "
+            f"{self.messages} messages, and cannot be written any further: {error.strerror}"
         )
         return self._error

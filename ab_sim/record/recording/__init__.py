@@ -1,9 +1,9 @@
-"""Record a run into a Rerun file, bit for bit, with pictures that explain it; and read it back.
+"""Recording of a run in a Rerun file, bit for bit, with drawings that explain it; and its reader.
 
-A run is a table of float64 *samples*: one row per integration step, one column per *channel*,
-the first two being ``step`` (a whole number that grows) and ``time`` [s]. `Recording` writes the
-table, `read_recording` returns exactly what was written, and `open_recording` gives it in blocks,
-for runs that do not fit into memory.
+A run is a table of float64 *samples*: one row per integration step, one column per *channel*. The
+first two channels are ``step`` (an increasing whole number) and ``time`` [s]. `Recording` writes
+the table, `read_recording` returns exactly what was written, and `open_recording` reads it in
+blocks, for runs that do not fit into memory.
 
 ======================  ===================================================  =================
 entity                  contents                                             shown as
@@ -24,33 +24,34 @@ entity                  contents                                             sho
                         ``balls_angle`` [rad, from the unbalance, unwrapped],
                         ``balls_rate`` [rad/s], ``other_NAME`` any other;
                         derived: ``plot:whirl`` W/e, ``plot:felt`` lengths
-                        of accelerations; where not every step is kept
-                        ``channels:left_out``, how many were left out up to
-                        each one
+                        of accelerations; in a decimated recording
+                        ``channels:left_out``, number of omitted steps up to
+                        each sample
 ``/plot``, ``/state``   derived: r.m.s., orders and spectra of the           plots
                         vibration; state of the spindle
 ``/above``, ``/space``  derived: the drawings, in mm, at most 100 times a    top view, 3-D
                         second; with ``/above/rotor`` angles in degrees,     view, plots
                         driving forces, tilt
-``/about``              explanation of the pictures                          text
+``/about``              explanation of the drawings                          text
 ``/run/NAME``           values of `Recording.scalar`                         plot
 ``/events/SOURCE``      entries of `Recording.event`                         text log
-``/decimated``            rule by which not every step is kept
+``/decimated``          rule by which steps are omitted
 ``/health/NAME``        values of `Recording.state`
-``/closed``             how many samples there are, once all are
+``/closed``             number of samples, in a finished recording
 ======================  ===================================================  =================
 
 Sizes of files are in docs/howto/recordings.md. Timelines: ``sim_time`` and ``step``. A recording of
-unknown length has no index, so that it takes no memory; ``rerun rrd verify`` then reports that it
-is missing, and ``rerun rrd optimize`` adds it. Writing and reading files sends no analytics;
-Rerun's viewer does, until ``rerun analytics disable`` has been run once.
+unknown length has no index, so that recording takes no memory; ``rerun rrd verify`` reports that
+the index is missing, and ``rerun rrd optimize`` adds it. Writing and reading files sends no
+analytics; Rerun's viewer sends them, unless ``rerun analytics disable`` has been run once.
 """
 
 import os
 
-# Rerun reads this when it is imported. It would warn of every file without an index.
+# Rerun reads these variables when it is imported. Without the first, it warns of each file that has
+# no index.
 os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
-# So does its allocator, which by default keeps freed pages for later: 10 MB more in a recorder.
+# Rerun's allocator would keep freed pages for later use: 10 MB more in a recorder.
 os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
 from ab_sim.record.recording.decimation import AROUND  # noqa: E402

@@ -1,4 +1,4 @@
-"""Layout of the viewer."""
+"""Layout of Rerun's viewer for a recording (its blueprint)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ab_sim.record.recording.plots import PlottedCurves, lines, plot
 from ab_sim.record.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
 MOST_NAMES = 8
-"""Largest number of curves with a legend."""
+"""Largest number of curves in a plot with a legend."""
 _LOWER = rrb.Corner2D.RightBottom
 _TITLES = {
     "real_time_factor": "Real-time factor [1]; 1 keeps up",
@@ -40,7 +40,7 @@ def state_colours() -> rr.StateConfiguration:
         "OK": GREEN, "WARN": ORANGE, "ERROR": VERMILION, "STALE": GREY,
         "idle": GREY, "waiting": GREY, "running": SKY, "done": GREEN, "aborting": ORANGE,
         "aborted": VERMILION,
-        "none": GREEN,  # faults; other texts have a colour of the viewer's choice
+        "none": GREEN,  # no faults; the viewer chooses the colours of other texts
     }  # fmt: skip
     return rr.StateConfiguration(
         values=list(colours), labels=list(colours), colors=list(colours.values())
@@ -54,7 +54,15 @@ def blueprint(
     page: int = 0,
     live: bool = False,
 ) -> rrb.Blueprint:
-    """Lay out the views, with one plot for each of the scalars, and show one of the pages."""
+    """Return the layout of a recording with drawings.
+
+    Args:
+        drawing: drawings and curves of the recording.
+        channels: channels of the samples.
+        scalars: names of the scalars, each of which gets a plot.
+        page: number of the page that is shown first, from 0.
+        live: whether the viewer follows a growing recording.
+    """
     pages: list[rrb.Container | rrb.View] = [
         _drive(drawing, channels),
         *_forces(drawing, channels),
@@ -66,7 +74,7 @@ def blueprint(
 
 
 def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
-    """Return the curves of those groups of channels that exist."""
+    """Return the curves of those of some groups of channels that exist."""
     layout = layout_of(channels)
     return [
         PlottedCurves.of_channels(group, lines([channels[column] for column in layout[group]]))
@@ -76,10 +84,10 @@ def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
 
 
 def _beside(channels: Sequence[str]) -> dict[str, list[PlottedCurves]]:
-    """Return curves to plot together with scalars.
+    """Return curves to plot together with scalars, by scalar.
 
-    Rerun links the time axes of plots only when one of them is zoomed; until then each spans its
-    own data. So every plot contains a curve that covers the whole run.
+    Rerun links the time axes of plots only when one of them is zoomed; before, each axis spans the
+    data of its plot. So every plot contains a curve that covers the whole run.
     """
     speed = _of_channels(channels, "spindle_speed")
     return {"real_time_factor": [Curves.real_time()], "commands_received": speed}
@@ -97,8 +105,8 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     if drawing.balls:
         name = "Ball angles from the unbalance [deg]"
         plots.append(plot(name, *curves.angles(), legend=drawing.balls <= MOST_NAMES))
-    text = rrb.TextDocumentView(origin="/about", name="What is seen")
-    # Rerun lays out a grid of three in one row in a wide window, and in one column in a narrow one.
+    text = rrb.TextDocumentView(origin="/about", name="Explanation")
+    # Rerun shows a grid of three as one row in a wide window, and as one column in a narrow one.
     return rrb.Grid(
         pictures,
         rrb.Vertical(*plots),
@@ -110,10 +118,7 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
 
 
 def _forces(drawing: Drawing, channels: Sequence[str]) -> Iterator[rrb.Container]:
-    """Return the page of forces and, in space, of the deck's other motion.
-
-    None if there are none.
-    """
+    """Yield the page of forces and, in space, of the deck's tilt and height, if there are any."""
     curves, plots = drawing.curves, []
     if drawing.explained.driven is not None:
         name = "Driving force on the balls, forward positive [N]"
@@ -152,7 +157,7 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
 def _health(
     scalars: Sequence[str], shown_beside: Mapping[str, list[PlottedCurves]]
 ) -> rrb.Container:
-    """Return the page on the progress of the run itself."""
+    """Return the page on the progress of the run: states, scalars and events."""
     plots: list[rrb.View] = []
     for scalar in scalars:
         title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
@@ -173,7 +178,7 @@ def _events() -> rrb.View:
 
 
 def _whirl(drawing: Drawing) -> str:
-    """Return the title of the whirl's plot, in logarithms: Rerun 0.41 has no logarithmic axis."""
+    """Return the title of the plot of the whirl's logarithm: Rerun 0.41 has no logarithmic axis."""
     return f"Whirl, log10 of {'W/e' if drawing.eccentricity else 'W in mm'}: -1 is 0.1, 0 is 1"
 
 
@@ -195,7 +200,13 @@ _PLOTTED = {
 def plain_blueprint(
     channels: Sequence[str], scalars: Sequence[str] = (), live: bool = False
 ) -> rrb.Blueprint:
-    """Lay out a plot of each group of channels, for a run without known positions."""
+    """Return the layout of a recording without drawings: a plot of each group of channels.
+
+    Args:
+        channels: channels of the samples.
+        scalars: names of the scalars, each of which gets a plot.
+        live: whether the viewer follows a growing recording.
+    """
     plots = [
         plot(_PLOTTED.get(group, group.partition("_")[2]), *_of_channels(channels, group))
         for group in layout_of(channels)
@@ -203,7 +214,7 @@ def plain_blueprint(
     ]
     log_view = rrb.Vertical(
         rrb.TextDocumentView(
-            origin="/description", name="This run: plots only, for not all positions are known"
+            origin="/description", name="This run: plots only, because positions are unknown"
         ),
         _events(),
     )

@@ -1,4 +1,4 @@
-"""Curves over time, derived from the channels."""
+"""Curves over time that are computed from the channels."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from ab_sim.record.recording.plots import PlottedCurves, lines
 from ab_sim.record.recording.top_view import ROTOR
 
 FRAMES = ROTOR
-"""Entity of curves with a row for each frame of the pictures instead of each sample. They share the
-rotor's, which moves with each frame: a viewer drawn by software takes few messages at a time."""
+"""Entity of curves with a row for each frame of the drawings, not for each sample. It is that of
+the rotor, which moves in each frame: a viewer without a GPU can process few messages at a time."""
 LEAST = 1e-4
-"""Whirl in e or in mm below which its logarithm is not plotted."""
+"""Whirl, in e or in mm, below which its logarithm is not plotted."""
 _WHIRL, _FELT = "whirl", "felt"
 _ALONE, _TILT, _HEIGHT, _BALLS = "alone", "tilt", "height", "balls"
 _LEVELS, _DRIVING = "balls_levels", "driving"
@@ -31,20 +31,18 @@ _SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
 
 @dataclass(frozen=True)
 class Curves:
-    """Description of the derived curves."""
+    """Computed curves of a drive: their styles and values."""
 
     balls: int
     eccentricity: float
     """Eccentricity e [mm]."""
     tilts: bool
+    """True if the deck moves in space."""
     explained: Explanation
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Angles of the balanced positions [deg], without -180.
-
-        Empty if there are many positions.
-        """
+        """Ball angles of the balanced position [deg], without -180; empty if there are many."""
         balance = self.explained.balance
         if balance is None or balance.many or balance.residual > 0.0:
             return ()
@@ -52,7 +50,7 @@ class Curves:
         return tuple(sorted({round(angle, 9) for angle in angles.tolist()} - {-180.0}))
 
     def whirl(self) -> list[PlottedCurves]:
-        """Return the logarithm of W/e, or of W where there is no e, and of W without balls."""
+        """Return the curves of log10 of the whirl: of this run, and without balls if known."""
         look = lines(["this run"], [2.0])
         curves = [PlottedCurves.derived(SAMPLES, _WHIRL, look)]
         if self.explained.alone is not None:
@@ -61,7 +59,7 @@ class Curves:
         return curves
 
     def vector_lengths(self, channels: Sequence[str]) -> list[PlottedCurves]:
-        """Return the lengths of the deck's acceleration and of readings."""
+        """Return the curves of the lengths of the deck's acceleration and of sensor readings."""
         names = [
             "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
             for name in vector_columns(channels)
@@ -71,7 +69,7 @@ class Curves:
 
     def speed_level(self) -> PlottedCurves:
         """Return the line of the critical speed."""
-        # Without one, the plot should at least include 0.
+        # Without a critical speed, the line is at 0, so that the plot includes standstill.
         is_known = self.explained.critical_speed is not None
         name = "critical speed" if is_known else "standstill"
         return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[LIMIT]))
@@ -112,12 +110,12 @@ class Curves:
         return PlottedCurves.derived(FRAMES, _PHASE, lines(["phase"], [2.0], colors=[RUN]))
 
     def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
-        """Return the values per sample, shape (rows, series).
+        """Return the values of curves with a row per sample, by name, of shape (rows, series).
 
         Args:
-            run: the rows, with the channels that pictures use.
+            run: samples, with the channels that drawings use.
             channels: channels of ``rows``.
-            rows: recorded rows.
+            rows: recorded samples, of shape (rows, channels).
         """
         values = {_WHIRL: self._logarithm(run.whirl)}
         if self.tilts:
@@ -131,15 +129,15 @@ class Curves:
         return values
 
     def of_frames(self, run: Trajectory, phase: Array, alone: Array | None) -> dict[str, Array]:
-        """Return the values per frame, shape (frames, series).
+        """Return the values of curves with a row per frame, by name, of shape (frames, series).
 
         Args:
-            run: the rows of the frames.
+            run: samples of the frames.
             phase: angle of `ab_sim.drive.turn_vector.TurnVector` [rad].
             alone: whirl without balls [m]; None: unknown.
         """
         explained, rows = self.explained, len(run)
-        # Constant lines have a value in every row, because a plot spans its data.
+        # Constant lines have a value in every row, because the time axis of a plot spans its data.
         values = {
             _REAL_TIME: np.ones((rows, 1)),
             _SPEED_LEVEL: np.full((rows, 1), explained.critical_speed or 0.0),
@@ -157,12 +155,12 @@ class Curves:
         return values
 
     def _logarithm(self, whirl: Array) -> Array:
-        """Return log10 of W/e, or of W in mm, as a column; NaN, which is not drawn, below LEAST."""
+        """Return log10 of W/e, or of W in mm, as a column; below ``LEAST``, NaN is not drawn."""
         values = 1e3 * whirl[:, None] / (self.eccentricity or 1.0)
         return np.log10(np.where(values >= LEAST, values, np.nan))
 
     def _of_balls(self) -> tuple[list[str], list[float]]:
         """Return names and widths of the balls' curves."""
-        # If curves coincide, the first ones remain visible on both sides of the last ones.
+        # Earlier curves are wider, so that they are visible next to later curves that coincide.
         widths = np.linspace(4.0, 1.5, self.balls).tolist()
         return [f"ball {ball}" for ball in range(self.balls)], widths

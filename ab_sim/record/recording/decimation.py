@@ -10,27 +10,27 @@ from ab_sim.base.errors import RecordingError
 from ab_sim.record.recording.layout import Array
 
 AROUND = 0.5
-"""Default time before and after an event at full rate [s]."""
+"""Default time before and after an event in which all steps are kept [s]."""
 SHARE = 0.1
-"""Largest share of the time at full rate, in the long run."""
+"""Largest fraction of the run's time in full-rate stretches, in the long run."""
 STRETCHES = 20
-"""Largest number of full-rate stretches of full length in direct succession."""
+"""Number of full-rate stretches that are allowed in addition to ``SHARE``."""
 
 
 class Decimation:
-    """Keeps every ``every``-th step, and all steps around events.
+    """Selects every ``every``-th step, and all steps around events.
 
-    Events are those passed to `note`, and the instants at which the command starts to change and
-    becomes constant (no change within ``around``): the two ends of a ramp. Rows are pending for
-    twice ``around``, until no later event can affect them. So the result depends on rows and events
-    only, and not on the size of blocks, provided that each event is noted before `take` gets rows
-    later than its time + ``around``. Full-rate stretches are limited to `SHARE` of the time, and to
-    `STRETCHES` in succession; further ones are refused and counted, which bounds the data rate.
-    The first and the last row are kept.
+    Events are those passed to `note`, and the two ends of a ramp of the command: the times at which
+    it starts to change and becomes constant (no change within ``around``). A period around an event
+    is a *full-rate stretch*. Rows are pending for twice ``around``, until no later event can affect
+    them. So the result depends only on rows and events, and not on the size of blocks, provided
+    that each event is noted before `take` gets rows later than its time + ``around``. To limit the
+    data rate, full-rate stretches take at most `SHARE` of the time, in addition to `STRETCHES` of
+    them; further ones are refused and counted. The first and the last row are always kept.
 
     Args:
-        every: steps whose number it divides are kept.
-        around: time at full rate before and after an event [s].
+        every: a step is kept if its number is a multiple of this.
+        around: time before and after an event in which all steps are kept [s].
 
     Raises:
         RecordingError: ``every`` is not 1 or more, or ``around`` negative or not finite.
@@ -43,14 +43,16 @@ class Decimation:
                 "least 0 and finite"
             )
         self.every, self._around = every, around
-        self.left_out = 0  # rows, by intent
-        self.refused = 0  # full-rate stretches
+        self.left_out = 0  # omitted rows
+        self.refused = 0  # refused full-rate stretches
         self._pending = np.empty((0, 0))
-        self._new: list[Array] = []  # received after those
-        self._event_times: set[float] = set()  # of which no decision was made yet
-        self._stretches: list[tuple[float, float]] = []  # that may contain pending rows
+        self._new: list[Array] = []  # rows received after the pending ones
+        self._event_times: set[float] = (
+            set()
+        )  # events whose stretch is neither selected nor refused
+        self._stretches: list[tuple[float, float]] = []  # stretches that may contain pending rows
         self._reach = -math.inf  # end of the last stretch
-        self._full_rate_time = 0.0  # s at full rate
+        self._full_rate_time = 0.0  # total length of the stretches [s]
         self._first = self._began = math.nan  # step and time of the first row
         self._last_change = -math.inf  # time of the command's last change
         self._command_constant = True
@@ -62,13 +64,14 @@ class Decimation:
             self._event_times.add(time)
 
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
-        """Add rows, and return those whose selection is final, see `_rows_to_keep`.
+        """Add rows, and return the earlier ones that are selected for certain.
 
         Args:
-            rows: step, time and so on; at least one.
-            command: column of the command, if there is one.
+            rows: at least one row, with step, time and further channels.
+            command: column of the command; None: there is none.
 
-        With ``every`` = 1 these are all rows.
+        Returns:
+            Rows to keep; and for each of them, the number of rows omitted up to it.
         """
         if self.every == 1:
             return rows, np.zeros(len(rows))
@@ -79,17 +82,17 @@ class Decimation:
             self._note_command_changes(rows[:, 1], rows[:, command])
         self._new.append(rows)
         if 4 * sum(map(len, self._new)) < len(self._pending):
-            return rows[:0], np.empty(0)  # few new rows: pending ones are not copied each time
+            return rows[:0], np.empty(0)  # so that pending rows are not copied for a few new ones
         self._append_new_rows()
         newest = rows[-1, 1]
         self._select_stretches(newest - self._around)
-        # In two subtractions, which round like the start of a stretch that is not yet selected.
+        # Two subtractions have the same rounding as the start of a stretch not yet selected.
         early = self._pending[:, 1] < newest - self._around - self._around
-        # Up to the first pending one: rows stay in order.
+        # Only up to the first row that must wait, so that rows remain in order.
         return self._rows_to_keep(len(early) if early.all() else int(np.argmin(early)))
 
     def rest(self) -> tuple[Array, Array]:
-        """Return the rest of the rows to keep, at the end of the run; as `take`."""
+        """Return the remaining rows to keep, at the end of the run; see `take`."""
         if not self._new and not len(self._pending):
             return self._pending, np.empty(0)
         if not self._command_constant:
@@ -136,9 +139,14 @@ class Decimation:
             self._stretches.append((start, end))
 
     def _rows_to_keep(self, count: int, last: bool = False) -> tuple[Array, Array]:
-        """Select among the first pending rows, and count the rows left out before each.
+        """Remove the first pending rows, and return those to keep.
 
-        The count begins at the first row of the run.
+        Args:
+            count: number of rows to remove.
+            last: whether to keep the last of them in any case.
+
+        Returns:
+            Rows to keep; and for each, the number of rows omitted since the start of the run.
         """
         rows, self._pending = self._pending[:count], self._pending[count:]
         if not count:
@@ -155,10 +163,10 @@ class Decimation:
 
 
 class DecimatedInput:
-    """Replacement of `Decimation` for rows decimated before, with counts of the rows left out.
+    """Replacement of `Decimation` for rows that were decimated before.
 
     Args:
-        every, around: the rule of that decimation.
+        every, around: rule of the former decimation; see `Decimation`.
     """
 
     refused = 0
@@ -171,12 +179,12 @@ class DecimatedInput:
         """Do nothing: events have no effect."""
 
     def counted(self, rows: Array, left_out: Array) -> tuple[Array, Array]:
-        """Add rows, with the number of rows left out before each."""
+        """Return rows unchanged, with the number of rows omitted up to each."""
         self.left_out = int(left_out[-1])
         return rows, left_out
 
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
-        """Add rows without gaps, and return them."""
+        """Return rows unchanged; none were omitted between them."""
         return self.counted(rows, np.full(len(rows), float(self.left_out)))
 
     def rest(self) -> tuple[Array, Array]:

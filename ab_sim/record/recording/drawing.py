@@ -1,4 +1,4 @@
-"""Dimensions of a drive for drawing it, and the views of the drawing."""
+"""Dimensions of a drive, and its drawings in a recording."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Parts = Iterator[tuple[str, Any]]  # entities and their data
 
 @dataclass(frozen=True)
 class Drawing:
-    """Dimensions of the drive for pictures [mm], and its views."""
+    """Dimensions of a drive, its drawings, and its computed curves."""
 
-    race: float  # radius of the circle on which the balls' centres run
-    eccentricity: float
-    balls: int
-    radii: tuple[float, ...]  # of the balls
-    motor: bool  # whether there is a torque to plot
-    sensors: tuple[str, ...]  # whose readings there are to plot
-    tilts: bool  # whether the deck moves in space
+    race: float  # radius of the circle on which the balls' centres run [mm]
+    eccentricity: float  # eccentricity e [mm]
+    balls: int  # number of balls
+    radii: tuple[float, ...]  # radii of the balls [mm]
+    motor: bool  # True if there is a motor torque to plot
+    sensors: tuple[str, ...]  # names of sensors with readings to plot
+    tilts: bool  # True if the deck moves in space
     explained: Explanation
     top: TopView
     space: Space
@@ -36,7 +36,11 @@ class Drawing:
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
-        """Create a drawing from a description; RecordingError if a value is missing."""
+        """Create a drawing from the description of a recording.
+
+        Raises:
+            RecordingError: a value of the description is missing or invalid.
+        """
         try:
             race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
             eccentricity = 1e3 * float(description["eccentricity"])
@@ -54,9 +58,9 @@ class Drawing:
             raise RecordingError(
                 "the description of a recording needs numbers for race_radius [m], "
                 "eccentricity [m] and balls, a list of numbers, or None, for ball_radii [m], and "
-                "lists of names, or None, for effects and sensors, of a deck in space, as deck, "
-                "mounts (places), race_heights, ball_heights and rotor_height [m], and what "
-                f"explains the run as ab_sim.drive.explanation says: {error!r}"
+                "lists of names, or None, for effects and sensors, for a deck in space the section "
+                "deck with mounts (places), race_heights, ball_heights and rotor_height [m], and "
+                f"the entries of ab_sim.drive.explanation.explain: {error!r}"
             ) from error
         if len(radii) != balls:
             raise RecordingError(
@@ -77,19 +81,23 @@ class Drawing:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Channels that the drawing needs, besides the balls' angles."""
+        """Channels that the drawing needs, except the balls' angles."""
         return ("angle", "x", "y", *(("z", "qw", "qx", "qy", "qz") if self.tilts else ()))
 
     def scenery(self) -> Parts:
-        """Yield static archetypes, which are logged once."""
+        """Yield the parts of the drawing that do not change, which are logged once."""
         yield from self.top.scenery()
         yield from self.space.scenery()
 
 
 def description_text(description: Mapping[str, Any]) -> str:
-    """Return the description as text, with its JSON in a fence for `read_recording`."""
+    """Return the description of a run as Markdown with a block of JSON, for `read_recording`.
+
+    Raises:
+        RecordingError: the description is not JSON-able.
+    """
     try:
         text = json.dumps(dict(description), indent=2)
     except (TypeError, ValueError) as error:
         raise RecordingError(f"the description of a recording is not JSON: {error}") from error
-    return f"All that this run consists of.\n\n```json\n{text}\n```\n"
+    return f"Complete description of this run.\n\n```json\n{text}\n```\n"

@@ -1,4 +1,4 @@
-"""Quantities in a description, besides sizes, with which pictures explain a run."""
+"""Quantities in a description that explain a run in drawings and plots."""
 
 from __future__ import annotations
 
@@ -25,14 +25,18 @@ class Explanation:
     moments: Array
     """Moments m_i R of the balls [kg m], shape (balls,)."""
     balance: Balance | None
+    """Balanced, or best, positions of the balls."""
     alone: RotorWithoutBalls | None
+    """Same drive without balls."""
     driven: DrivenBalls | None
+    """Constants of the driving forces on the balls."""
     critical_speed: float | None
     """Critical speed [rad/s]."""
     top_speed: float | None
     """Top speed [rad/s]."""
     period: Mapping[str, float] | None
-    """Variable-speed period."""
+    """Variable-speed period: its start_speed and end_speed [rad/s], its acceleration, and that
+    around it [rad/s^2]."""
     left_out: Mapping[str, str]
     """Reasons for a missing ``balance`` or ``alone``."""
 
@@ -71,7 +75,7 @@ class Explanation:
 
     @property
     def vectors(self) -> bool:
-        """True if there is an unbalance, or are balls, to draw as arrows."""
+        """True if there is an unbalance of the rotor or of balls to draw as arrows."""
         return self.unbalance is not None and max([self.unbalance, *self.moments], default=0.0) > 0
 
 

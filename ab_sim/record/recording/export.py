@@ -1,4 +1,4 @@
-"""A recording as a table in other formats, written block by block."""
+"""Export of a recording as a table in other formats, block by block."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from ab_sim.record.recording.stored import StoredRun
 
 PARQUET, CSV = "parquet", "csv"
 WHIRL = "whirl"
-"""Name of a derived column: W = |u| [m], from the deck's position at rest."""
+"""Name of a computed column: W = |u| [m], from the deck's position at rest."""
 DERIVED = (WHIRL, SIZE, PHASE)
-"""All derived columns; the others are those of ``TurnVector``."""
+"""All computed columns: the whirl, and size and phase of its once-per-turn part."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ class Part:
     """x and y [m] of the deck at rest, from which ``DERIVED`` is measured; None: unknown."""
 
     def names(self, run: StoredRun) -> tuple[str, ...]:
-        """Return the channels.
+        """Return the names of the selected channels.
 
         Raises:
-            InputError: the recording lacks a channel or has none at all, or a channel is requested
-                twice.
+            InputError: the recording lacks a selected channel, or has no channels; or a channel is
+                selected twice.
         """
         there = run.channels
         if {"x", "y", "angle"} <= set(there):
@@ -58,8 +58,8 @@ class Part:
                 there = (*there, *derived)
             elif unknown := [name for name in derived if name in (self.channels or ())]:
                 raise InputError(
-                    f"{run.path}: --channels {unknown[0]}: is measured from where the deck hangs "
-                    "at rest, and the recording's scene is not known; export x and y"
+                    f"{run.path}: --channels {unknown[0]}: is measured from the deck's rest "
+                    "position, and the recording has no scene to compute it; export x and y"
                 )
         if not run.channels:
             raise InputError(f"{run.path}: the recording is empty; there is nothing to export")
@@ -74,9 +74,9 @@ class Part:
         return names
 
     def blocks(self, run: StoredRun) -> Iterator[tuple[int, Array]]:
-        """Yield the number of samples read so far, and the selected ones among the last block.
+        """Yield for each block the number of samples read so far, and the block's selected samples.
 
-        The arrays have the shape (rows, channels), and may be empty.
+        The samples have the shape (rows, channels), and may be empty.
         """
         names, read, seen = self.names(run), 0, 0
         derived = [name for name in names if name in DERIVED and name not in run.channels]
@@ -101,14 +101,14 @@ class Part:
         if np.isnan([self.begin, self.end]).any() or self.begin > self.end:
             raise InputError(
                 f"--from {exact(self.begin)} --to {exact(self.end)}: must be times [s], "
-                "the first not after the second"
+                "and the first must not be later than the second"
             )
         if self.every < 1:
             raise InputError(f"--every {self.every}: must be at least 1")
 
 
 def _derived(x: Array, y: Array, angle: Array, turns: TurnVector) -> dict[str, Array]:
-    """Return the columns of ``DERIVED`` for further samples."""
+    """Return the columns of ``DERIVED`` for the next samples: x, y [m], spindle angle [rad]."""
     vectors = turns.of(angle, x, y)
     return {WHIRL: whirl_of(x, y), SIZE: np.abs(vectors), PHASE: np.angle(vectors)}
 
@@ -119,26 +119,26 @@ def export(
     part: Part,
     progress: Callable[[int], None] | None = None,
 ) -> int:
-    """Write samples, in double precision to the bit, with the channels' units.
+    """Write samples as tables, in double precision to the bit, with the channels' units.
 
-    Parquet has ``unit`` in the metadata of each column, and the description of the run as
-    ``ab_sim``, JSON, in that of the file. CSV has the units in its header, ``x [m]``, and numbers
+    Parquet has ``unit`` in the metadata of each column, and the description of the run as JSON in
+    the file's metadata, as ``ab_sim``. CSV has the units in its header, as ``x [m]``, and numbers
     with enough digits to restore the same bits, except the payload of a NaN. Files appear when they
     are complete; existing files are kept until then.
 
     Args:
-        run: a recording.
-        files: by format, ``PARQUET`` or ``CSV``.
+        run: recording to export.
+        files: file for each format, ``PARQUET`` or ``CSV``.
         part: selection of samples.
-        progress: called with the number of samples read so far, after every block; an exception
-            from it ends the export without files.
+        progress: function that is called after every block with the number of samples read so far;
+            if it raises an exception, the export ends without files.
 
     Returns:
         Number of written samples.
 
     Raises:
-        InputError: see ``Part``; or the part has no samples; nothing is written.
-        RecordingError: the recording cannot be read, or a file not be written.
+        InputError: see ``Part``; or the selection has no samples. Nothing is written.
+        RecordingError: the recording cannot be read, or a file cannot be written.
     """
     names, rows = part.names(run), 0
     schema = _schema(names, run.description)
@@ -161,7 +161,7 @@ def export(
                     progress(read)
             if rows == 0:
                 raise InputError(
-                    f"{run.path}: holds no samples from {exact(part.begin)} to {exact(part.end)} s"
+                    f"{run.path}: has no samples from {exact(part.begin)} to {exact(part.end)} s"
                 )
     except OSError as error:
         named = " and ".join(str(file) for file in files.values())
@@ -171,7 +171,7 @@ def export(
 
 
 def _schema(names: Sequence[str], description: Mapping[str, Any]) -> pa.Schema:
-    """Return the schema: an integer for ``step``, doubles for the rest."""
+    """Return the schema of the table: ``step`` is an integer, other channels are doubles."""
     fields = []
     for name in names:
         unit = unit_of(name)
@@ -187,7 +187,7 @@ def _parquet(file: Path, schema: pa.Schema) -> Any:
 
 
 class _Csv:
-    """A writer of CSV whose header has units."""
+    """Writer of CSV with units in the header."""
 
     def __init__(self, file: Path, schema: pa.Schema) -> None:
         heads = []

@@ -1,4 +1,4 @@
-"""Entities and components of the channels in a file, and their columns for Rerun."""
+"""Entities and components of channels in a recording, and columns in Rerun's form."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ CLOSED = "/closed"
 DECIMATED = "/decimated"
 """Entity with the rule by which steps were decimated."""
 LEFT_OUT = "left_out"
-"""Component with the number of rows left out by decimation before each row."""
+"""Component with the number of rows that decimation omitted up to each row."""
 
 SAMPLES = "/samples"
-"""Entity of all samples. Each entity costs 32 bytes of index per row, and some 1.2 kB per message:
-all channels in one entity take a third of the space of an entity for each group."""
+"""Entity of all samples. Each entity takes 32 bytes of index per row, and some 1.2 kB per message,
+so that one entity for all channels takes a third of the space of an entity for each group."""
 CHANNELS, DERIVED = "channels", "plot"
-"""Prefixes of components of the samples: channels, and derived curves."""
+"""Prefixes of the names of components: channels, and computed curves."""
 
 _GROUPS = {
     "time": ("time",),
@@ -43,7 +43,7 @@ _READING = re.compile(r"([a-z][a-z0-9_]*)_[123]")
 
 
 def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
-    """Return columns of components ``KIND:NAME`` for values of shape (rows, series)."""
+    """Return Rerun columns of components ``KIND:NAME``, from values of shape (rows, series)."""
     columns: list[Any] = []
     for name, value in values.items():
         rows, series = value.shape
@@ -53,20 +53,20 @@ def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
 
 
 def plotted_columns(values: Mapping[str, Array]) -> list[Any]:
-    """Return columns for plots, in single precision."""
+    """Return Rerun columns of computed curves, in single precision."""
     return named_columns(
         DERIVED, {name: value.astype(np.float32) for name, value in values.items()}
     )
 
 
 def scalar_columns(values: Array) -> Any:
-    """Return columns of Scalars for values of shape (rows, series)."""
+    """Return Rerun columns of Scalars, from values of shape (rows, series)."""
     rows, series = values.shape
     return rr.Scalars.columns(scalars=values.ravel()).partition(np.full(rows, series))
 
 
 def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeColumn]:
-    """Return the timelines for rows at these times [s] and steps."""
+    """Return the timelines of rows, from their times [s] and steps."""
     # Rounded here, because Rerun truncates: 0.003 s would become 2,999,999 ns.
     nanoseconds = np.rint(np.asarray(time, dtype=np.float64) * 1e9).astype("timedelta64[ns]")
     index = [rr.TimeColumn("sim_time", duration=nanoseconds)]
@@ -76,12 +76,12 @@ def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeCol
 
 
 def entity_path(*parts: str) -> str:
-    """Return the path of an entity from parts with any characters."""
+    """Return the path of an entity from its parts, which may have any characters."""
     return str(rr.new_entity_path(list(parts)))  # escapes reserved characters
 
 
 def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:
-    """Return the columns of every group of channels, in order, without ``step``, a timeline."""
+    """Return the columns of each group of channels, without ``step``, which is a timeline."""
     layout: dict[str, list[int]] = {}
     for column, name in enumerate(channels):
         if name != "step":
@@ -100,9 +100,9 @@ def _group_of(channel: str) -> str:
 
 
 def vector_columns(channels: Sequence[str]) -> dict[str, list[int]]:
-    """Return the columns of vectors whose lengths are plotted: acceleration and readings.
+    """Return the columns of vectors whose lengths are plotted: acceleration and sensor readings.
 
-    Each has one curve, never a solid block, on an axis that begins at 0.
+    The components of a fast vibration would fill the plot as solid blocks; the length does not.
     """
     layout = layout_of(channels)
     wanted = [name for name in layout if name == "deck_acceleration" or name.startswith("sensor_")]

@@ -1,4 +1,4 @@
-"""Text next to the pictures of a recording."""
+"""Text next to the drawings of a recording."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ab_sim.record.recording.signals import Final
 
 
 def legend_text(drawing: Drawing, final: Final | None, alone: Final | None) -> str:
-    """Return the text next to the pictures, in Markdown.
+    """Return the text next to the drawings, in Markdown.
 
     Args:
         drawing: drawing of the drive.
         final: final whirl [m]; None if unknown.
-        alone: final whirl without balls [m]; None if unknown.
+        alone: final whirl of the drive without balls [m]; None if unknown.
     """
     explained = drawing.explained
     parts = [
@@ -75,13 +75,13 @@ def _balance_text(explained: Explanation) -> list[str]:
         share = 100.0 * balance.residual / explained.unbalance
         whose = "This ball" if len(balance.angles) == 1 else "These balls"
         return [
-            f"**{whose} cannot balance it**: green rings mark the best place ({places}), which "
-            f"leaves {share:.3g} % of the unbalance."
+            f"**{whose} cannot balance the rotor**: green rings mark the best place ({places}), "
+            f"which leaves {share:.3g} % of the unbalance."
         ]
     if balance.residual > 0.0:
         return ["**A rotor without unbalance**: a ball can only make it worse."]
     many = " This is one of many positions that balance." if balance.many else ""
-    return [f"**Rings**: where the balls balance the rotor ({places}).{many}"]
+    return [f"**Rings**: positions in which the balls balance the rotor ({places}).{many}"]
 
 
 def _without_balls_text(explained: Explanation) -> list[str]:

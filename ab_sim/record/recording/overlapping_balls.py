@@ -11,12 +11,15 @@ from ab_sim.record.recording.layout import Array
 
 
 def shrunk(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
-    """Return drawn radii, shape (rows, balls): smaller for a ball that covers an earlier one.
+    """Return the drawn radii of balls, which are smaller for a ball that covers an earlier one.
 
     Args:
-        angles: rad, shape (rows, balls).
-        race: radius of the circle of their centres.
-        radii: radii of the balls, in the same unit.
+        angles: angles of the balls [rad], shape (rows, balls).
+        race: radius of the circle of the balls' centres.
+        radii: radii of the balls, in the unit of ``race``.
+
+    Returns:
+        Radii in this unit, shape (rows, balls).
     """
     drawn = np.tile(radii, (len(angles), 1))
     for ball in range(1, len(radii)):
@@ -27,10 +30,10 @@ def shrunk(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
 
 
 def stacked(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
-    """Return heights above the race, shape (rows, balls): 0, more for a ball on an earlier one.
+    """Return the heights at which balls are drawn above the race, shape (rows, balls).
 
-    A ball inside another would be invisible in space, so the balls are stacked. Arguments as in
-    `shrunk`.
+    A ball inside another would be invisible in space, so a ball that covers an earlier one is drawn
+    on top of it. The arguments are those of `shrunk`.
     """
     heights = np.zeros(angles.shape)
     for ball in range(1, len(radii)):
@@ -40,6 +43,6 @@ def stacked(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
 
 
 def _cover(angles: Array, ball: int, race: float, radius: float) -> Array:
-    """Return how much a ball covers each earlier one: 1 at the same place, 0 from its radius on."""
+    """Return the overlap with each earlier ball: 1 at the same place, 0 at a radius or more."""
     chord = 2.0 * race * np.abs(np.sin(0.5 * (angles[:, :ball] - angles[:, ball, None])))
     return np.asarray(np.clip(1.0 - chord / radius, 0.0, 1.0))

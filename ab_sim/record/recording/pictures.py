@@ -1,4 +1,4 @@
-"""Pictures and curves derived from the rows of a run."""
+"""Frames of the drawings, and curves, computed from the samples of a run."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from ab_sim.record.recording.vibration import VibrationCurves
 from ab_sim.record.recording.windows import FrameRate
 
 PERIOD = 1e-2
-"""Shortest time between two frames [s], as on a screen: a frame needs as much space as three
-samples. Channels are recorded at every step."""
+"""Shortest time between two frames [s]. A screen shows no more, and a frame takes as much space as
+three samples. Channels are recorded at every step."""
 
 _PLANE = ("x", "y", "ax", "ay")
 _SPACE = ("x", "y", "z", "ax", "ay", "az", "qw", "qx", "qy", "qz")
 
-Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
+Sent = tuple[str, Array, Any]  # entity, rows with the times, columns
 
 
 class Pictures:
-    """Converts the rows of a run to frames; the result does not depend on the size of blocks.
+    """Converts samples to frames and curves; the result does not depend on the size of blocks.
 
     Args:
         drawing: drawing of the drive.
-        channels: channels of the rows. Channels beyond ``drawing.needs`` that are missing, such as
-            speed and acceleration, are NaN.
+        channels: channels of the samples. Channels that ``drawing.needs`` does not contain may be
+            missing, such as speed and acceleration; they are then NaN.
         period: shortest time between two frames [s].
     """
 
@@ -49,14 +49,14 @@ class Pictures:
         self._vibration = VibrationCurves(self._names, explained.top_speed)
         self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)
         self._alone = None if explained.alone is None else WhirlWithoutBalls(explained.alone)
-        self._final, self._final_alone = FinalRms(), FinalRms()  # of the whirl [m]
+        self._final, self._final_alone = FinalRms(), FinalRms()  # final whirls [m]
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
         """Yield static archetypes, by entity."""
         yield from self._phase.scenery()
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Return additional columns of samples."""
+        """Return the columns of computed curves with a row per sample."""
         run = Trajectory(self._names, self._selected(rows))
         self._final.take(run["time"], run.whirl)
         return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
@@ -96,5 +96,5 @@ class Pictures:
         return self._final_alone.value
 
     def _selected(self, rows: Array) -> Array:
-        """Return the columns that pictures use."""
+        """Return the channels that drawings and curves use; missing ones are NaN."""
         return np.column_stack([rows, np.full(len(rows), np.nan)])[:, self._columns]

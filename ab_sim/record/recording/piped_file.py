@@ -1,4 +1,4 @@
-"""A file that Rerun writes through a pipe, so that write errors can be handled."""
+"""File that Rerun writes through a pipe, so that write errors can be handled."""
 
 from __future__ import annotations
 
@@ -17,11 +17,19 @@ FLUSH_SECONDS = 10.0  # A disk that takes longer counts as failed.
 
 
 class PipedFile:
-    """Copies the output of Rerun from a pipe to the file.
+    """Copies the output of Rerun from a pipe to a file.
 
-    With a file, Rerun 0.41 does not survive a write error: its writer thread ends, the reason is
-    only printed, and often flush(), disconnect() and the exit of the process then block for ever. A
-    pipe never fails, and errors of the file are raised here.
+    Rerun 0.41 cannot handle an error of a file: its writer thread ends, the reason is only printed,
+    and often flush(), disconnect() and the exit of the process then block forever. A pipe does not
+    fail, and this class raises the errors of the file.
+
+    Args:
+        path: file; an existing one is replaced.
+        stream: stream of Rerun.
+        index: whether Rerun writes its index at the end.
+
+    Raises:
+        RecordingError: the file cannot be created.
     """
 
     def __init__(self, path: Path, stream: rr.RecordingStream, index: bool) -> None:
@@ -33,21 +41,22 @@ class PipedFile:
             raise RecordingError(f"cannot record to {path}: {error.strerror}") from error
         self._path = path
         self._error: OSError | None = None
-        self._whole = 0  # size [bytes] when the file last ended in a whole message
+        self._whole = 0  # size when the file last ended with a complete message [bytes]
         self._lock = threading.Lock()  # held while data are copied from pipe to file
         self._buffer = bytearray(1 << 20)  # allocated once: repeated allocation fragments memory
         outlet, inlet = os.pipe()
         os.set_blocking(outlet, False)
         self._pipe = os.fdopen(outlet, "rb", buffering=0)
         stream.set_sinks(rr.FileSink(f"/dev/fd/{inlet}", write_footer=index))
-        os.close(inlet)  # Rerun has opened its own: when it closes that, the pipe ends
+        os.close(inlet)  # Rerun has opened the pipe again: when it closes it, the pipe ends
         self._thread = threading.Thread(target=self._pump, name="recording", daemon=True)
         self._thread.start()
 
     def sync(self) -> None:
         """Wait until all data that Rerun has flushed are in the file.
 
-        OSError if that fails; FileNotFoundError if the file was deleted or replaced.
+        Raises:
+            OSError: the file cannot be written; FileNotFoundError: it was deleted or replaced.
         """
         self._drain()
         self._error = self._error or self._loss()
@@ -56,7 +65,11 @@ class PipedFile:
         self._whole = self._file.tell()
 
     def close(self) -> None:
-        """Copy the rest until Rerun disconnects; OSError if that fails."""
+        """Copy the remaining data until Rerun disconnects, and close the file.
+
+        Raises:
+            OSError: the file cannot be written, or the disk does not answer.
+        """
         self._thread.join(FLUSH_SECONDS)
         if self._thread.is_alive():
             raise TimeoutError(f"the disk did not answer for {FLUSH_SECONDS:g} s")
@@ -64,7 +77,7 @@ class PipedFile:
         self._file.close()
 
     def _loss(self) -> OSError | None:
-        """Return an error if the file under this name is not the one that was written."""
+        """Return an error if the file was deleted, replaced or changed by others; else None."""
         file = os.fstat(self._file.fileno())
         try:
             if not os.path.samestat(self._path.stat(), file):
@@ -74,16 +87,16 @@ class PipedFile:
         except OSError as error:
             return error
         if stat.S_ISREG(file.st_mode) and file.st_size != self._file.tell():
-            return FileNotFoundError("somebody else has written to the file, or emptied it")
+            return FileNotFoundError("another program has written to the file, or emptied it")
         return None
 
     def cut(self) -> None:
-        """Truncate an incomplete message at the end, with which the file would be unreadable."""
-        with contextlib.suppress(OSError):  # for a device, for example
+        """Remove an incomplete message at the end, which would make the file unreadable."""
+        with contextlib.suppress(OSError):  # a device, for example, cannot be truncated
             self._file.truncate(self._whole)
 
     def remove(self) -> None:
-        """Delete the file, if it is the one that was written, and a regular file."""
+        """Delete the file, unless it was replaced or is not a regular file."""
         with contextlib.suppress(OSError):
             file = os.fstat(self._file.fileno())
             if stat.S_ISREG(file.st_mode) and os.path.samestat(self._path.stat(), file):

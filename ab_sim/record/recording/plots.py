@@ -17,7 +17,7 @@ _BALL = re.compile(r"ball[_ ](\d+)")
 
 
 class PlottedCurves(NamedTuple):
-    """Curves in a plot: a component, which may have several series, and their style."""
+    """Curves of a plot: a component, which may have several series, and their style."""
 
     entity: str
     component: str
@@ -30,7 +30,7 @@ class PlottedCurves(NamedTuple):
 
     @classmethod
     def derived(cls, entity: str, name: str, look: rr.SeriesLines) -> PlottedCurves:
-        """Return curves of a derived component."""
+        """Return the computed curves with a name, of an entity."""
         return cls(entity, f"{DERIVED}:{name}", look)
 
 
@@ -41,7 +41,15 @@ def plot(
     legend: bool = True,
     span: tuple[float, float] | None = None,
 ) -> rrb.View:
-    """Return a plot of curves, and of entities that are plotted directly."""
+    """Return a plot over time.
+
+    Args:
+        name: title of the plot.
+        curves: curves, or entities whose scalars are plotted with their own style.
+        corner: corner of the legend.
+        legend: whether there is a legend.
+        span: range of the vertical axis; None: automatic.
+    """
     drawn: dict[Any, Any] = {}
     for curve in curves:
         if isinstance(curve, PlottedCurves):
@@ -56,9 +64,9 @@ def plot(
         name=name,
         contents=list(dict.fromkeys(entities)),
         overrides=drawn,
-        axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming one zooms all
+        axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming one plot zooms all
         axis_y=rrb.ScalarAxis(range=span) if span else None,
-        # On the right, where it covers the end: the beginning of a run matters most.
+        # On the right, where the legend covers the end: the beginning of a run matters most.
         plot_legend=rrb.PlotLegend(corner, visible=legend),
     )
 
@@ -69,15 +77,19 @@ def lines(
     swings: bool = False,
     colors: Sequence[Colour] | None = None,
 ) -> rr.SeriesLines:
-    """Return the names and colours of a curve's series.
+    """Return the style of the series of a component.
 
-    For signals that swing about 0, Rerun should show the range if it cannot show every sample. It
-    would otherwise show the mean, which is about zero.
+    Args:
+        names: names of the series.
+        widths: widths of the lines; None: default.
+        swings: whether the signals oscillate about 0. If there are more samples than pixels, Rerun
+            then shows their range instead of their mean, which is about 0.
+        colors: colours of the lines; None: default.
     """
     if colors is None:
         colors = _colours(names)
     if widths is None:
-        widths = [3.0 if name == "speed" else 1.5 for name in names]  # command lies on top of speed
+        widths = [3.0 if name == "speed" else 1.5 for name in names]  # the command covers the speed
     policy = rr.components.AggregationPolicy.MinMax if swings else None
     return rr.SeriesLines(
         names=list(names), colors=list(colors), widths=list(widths), aggregation_policy=policy

@@ -1,4 +1,4 @@
-"""Reading of a whole recording."""
+"""Reader of a whole recording into memory."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from ab_sim.record.recording.stored import Event, open_recording
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """A recorded run. ``run["x"]`` is the column of a channel."""
+    """Recorded run in memory. ``run["x"]`` is the column of a channel."""
 
     description: dict[str, Any]
     channels: tuple[str, ...]
-    samples: Array  # (rows, channels), bit for bit, in the order of step
-    gaps: int  # places where steps are missing
-    missing: int  # steps that are not there because of them
-    left_out: int  # steps that are not there by intent, see `Recording`
-    events: list[Event]  # in the order of time
-    scalars: dict[str, Array]  # name: (n, 2), time [s] and value
-    complete: bool  # False: the recording was never closed (still running, killed, disk full)
+    samples: Array  # samples of shape (rows, channels), bit for bit, by increasing step
+    gaps: int  # number of places at which steps are missing
+    missing: int  # number of missing steps
+    left_out: int  # number of steps that decimation omitted, see `Recording`
+    events: list[Event]  # events, by increasing time
+    scalars: dict[str, Array]  # scalars by name, of shape (n, 2): time [s] and value
+    complete: bool  # False if the recording was not closed (in progress, killed, or disk full)
 
     def __getitem__(self, channel: str) -> Array:
         return self.samples[:, column_of(channel, self.channels)]
 
 
 def read_recording(path: Path | str) -> RecordedRun:
-    """Read a recording by `Recording`, finished or not, into memory.
+    """Read a recording, finished or not, into memory; `open_recording` is for longer runs.
 
     Raises
     ------
     RecordingError
-        See `open_recording`, which is for longer runs.
+        The file is missing, not a Rerun file, or not a recording of ab_sim.
     """
     stored = open_recording(path)
     blocks = list(stored.blocks()) if stored.channels else []

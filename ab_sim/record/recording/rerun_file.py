@@ -1,8 +1,8 @@
-"""Chunks of a Rerun file, finished or not.
+"""Reader of the chunks of a Rerun file, finished or not.
 
-After a header, a file holds messages: a kind, a length, and a protobuf message. That of a chunk
-holds an Arrow stream. Rerun's own reader (0.41) refuses the incomplete last message of a killed
-writer, and aborts the process on some damaged chunks.
+A file has a header and messages. A message has a kind, a length and a protobuf message; that of a
+chunk contains an Arrow stream. Rerun's reader (0.41) is not used, because it refuses a file whose
+last message is incomplete, and aborts the process on some damaged chunks.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ T = TypeVar("T")
 _MAGIC = b"RRF2"
 _HEADER = 12  # bytes: magic, version, options
 _MESSAGE = struct.Struct("<QQ")  # kind and length [bytes] of a message
-_KINDS = 16  # more than there are
-_END, _STORE, _CHUNK = range(3)  # kinds; an index may follow the end
-_RECORDING = 1  # kind of a store; the other is a blueprint
+_KINDS = 16  # larger than any kind of a message
+_END, _STORE, _CHUNK = range(3)  # kinds of messages; an index may follow the end
+_RECORDING = 1  # kind of a store; other stores are blueprints
 _LZ4 = 2
-_LARGEST_RATIO = 255  # LZ4 compresses no further
+_LARGEST_RATIO = 255  # largest ratio of compression by LZ4
 _DAMAGE = (pa.ArrowException, ArithmeticError, LookupError, OSError, TypeError, ValueError)
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Table of some rows of an entity."""
+    """Chunk of a recording: a table of some rows of an entity."""
 
     entity_path: str
     table: pa.Table
-    place: str  # file and byte, for errors
+    place: str  # beginning of error messages: file and byte
 
     @property
     def is_static(self) -> bool:
@@ -53,7 +53,15 @@ class Chunk:
         return b"index" not in kinds
 
     def texts(self, name: str, per_row: int | None = 1) -> list[str]:
-        """Return all values of a component, flat; RecordingError if they are not texts."""
+        """Return all values of a component, in one list.
+
+        Args:
+            name: name of the component.
+            per_row: number of values in each row; None: any.
+
+        Raises:
+            RecordingError: the component is missing, or its values are not texts.
+        """
         column = self._flat(name, per_row)
         if not pa.types.is_string(column.type) or column.null_count:
             raise self._wrong(name, "is not text")
@@ -61,7 +69,15 @@ class Chunk:
         return texts
 
     def numbers(self, name: str, per_row: int = 1) -> NDArray[Any]:
-        """Return all values of a component or timeline, flat; RecordingError as above."""
+        """Return all values of a component or timeline, in one array.
+
+        Args:
+            name: name of the component or timeline.
+            per_row: number of values in each row.
+
+        Raises:
+            RecordingError: the component is missing, or its values are not numbers.
+        """
         column = self._flat(name, per_row)
         if pa.types.is_duration(column.type):
             column = column.cast(pa.int64())
@@ -72,13 +88,13 @@ class Chunk:
 
     def _flat(self, name: str, per_row: int | None) -> pa.ChunkedArray:
         if self.table.schema.names.count(name) != 1:
-            raise self._wrong(name, "is missing, or there twice")
+            raise self._wrong(name, "is missing or duplicate")
         column, rows = self.table[name], self.table.num_rows
         if pa.types.is_list(column.type):
             column = pa.compute.list_flatten(column)
         if per_row is not None and len(column) != per_row * rows or not rows:
             raise self._wrong(
-                name, f"has {len(column)} values in {rows} rows, and should have {per_row} in each"
+                name, f"has {len(column)} values in {rows} rows, and must have {per_row} in each"
             )
         return column
 
@@ -87,15 +103,15 @@ class Chunk:
 
 
 class RerunFile:
-    """A file as it is when it is opened: the complete messages of a recording in progress.
+    """Rerun file in its state when it is opened; of a file in progress, complete messages are read.
 
-    ``recordings`` are identifiers, several after `rerun rrd merge`. ``torn`` states why the end
-    cannot be read, if it cannot.
+    ``recordings`` has the identifiers of the recordings in the file; there are several after
+    `rerun rrd merge`. ``torn`` is the reason why the end cannot be read, or None.
 
     Raises
     ------
     RecordingError
-        The file is missing, damaged, or not one of Rerun's; `chunks` may raise it, too.
+        The file is missing, damaged, or not a Rerun file; `chunks` may raise it, too.
     """
 
     def __init__(self, path: Path) -> None:
@@ -110,12 +126,12 @@ class RerunFile:
         self.recordings = [*dict.fromkeys(name for name in stores if name)]
 
     def chunks(self, *prefixes: str) -> Iterator[Chunk]:
-        """Yield chunks of the first recording in the order of the file.
+        """Yield chunks of the first recording, in the order of the file.
 
         Parameters
         ----------
         *prefixes : str
-            Entity paths start with one of these; others are not decoded.
+            Beginnings of the entity paths to read; other entities are not decoded.
         """
 
         def parse(message: bytes) -> tuple[str, pa.Table] | None:
@@ -135,7 +151,7 @@ class RerunFile:
                 yield Chunk(*content, place)
 
     def _parsed(self, wanted: int, parse: Callable[[bytes], T]) -> Iterator[tuple[str, T]]:
-        """Yield place and content of each message of a kind."""
+        """Yield place and parsed content of each message of a kind."""
         at = _HEADER
         with _reading(self.path), self.path.open("rb") as file:
             if file.read(_HEADER)[: len(_MAGIC)] != _MAGIC or self.size < _HEADER:
@@ -145,7 +161,7 @@ class RerunFile:
                 kind, length = _MESSAGE.unpack(header)
                 after = at + _MESSAGE.size + length
                 if kind >= _KINDS or after > self._end:
-                    self.torn = f"torn: its last {self.size - at} bytes cannot be read"
+                    self.torn = f"incomplete: its last {self.size - at} bytes cannot be read"
                     self._end = at
                     return
                 if kind == _END:
@@ -163,7 +179,7 @@ class RerunFile:
 
 
 def _recording_in(message: bytes) -> str | None:
-    """Return the identifier in a message of kind `_STORE`; None for a blueprint."""
+    """Return the recording's identifier in a message of kind `_STORE`; None for a blueprint."""
     return _name_of_recording(fields_of(fields_of(message)[2][0])[2][0])
 
 

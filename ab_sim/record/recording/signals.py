@@ -1,7 +1,7 @@
-"""Components of a section of vibration.
+"""Analysis of a window of vibration: r.m.s., once-per-turn part, spectrum.
 
-Vectors are on fixed axes or on the deck's, shape (rows, axes). Sizes are root mean squares of the
-whole vector, so that a vector of length A on a circle has the size A.
+Vectors are on fixed axes or on those of the deck, of shape (rows, axes). Sizes are root mean
+squares of the length, so that a vector of length A on a circle has the size A.
 """
 
 from __future__ import annotations
@@ -15,17 +15,23 @@ from ab_sim.base.conventions import last_stretch
 from ab_sim.record.recording.layout import Array
 
 MOST_SUMS = 20_000
+"""Largest number of cumulative sums that ``FinalRms`` keeps."""
 TURNS = 2
-"""Number of whole revolutions that are needed for the part once per revolution."""
+"""Smallest number of whole revolutions from which the once-per-turn part is determined."""
 
 
 def rms(time: Array, vectors: Array) -> float:
-    """Return the root mean square of the length over time [s]; at least two rows, any spacing."""
+    """Return the root mean square of the vectors' length over time.
+
+    Args:
+        time: times of the rows [s], at least two, of any spacing.
+        vectors: vectors of shape (rows, axes).
+    """
     return float(np.sqrt(np.average(np.sum(vectors**2, axis=1), weights=np.gradient(time))))
 
 
 class Final(NamedTuple):
-    """Root mean square of the last stretch, and its first and last time [s]."""
+    """Root mean square over the last stretch of a run, and the stretch's ends [s]."""
 
     rms: float
     begin: float
@@ -33,9 +39,9 @@ class Final(NamedTuple):
 
 
 class FinalRms:
-    """Root mean square of the last stretch of values that come in blocks.
+    """Computes the root mean square over the last stretch of values that arrive in blocks.
 
-    It keeps cumulative sums, at most `MOST_SUMS` of them; beyond that, every second one is dropped.
+    Cumulative sums are kept. If there are more than `MOST_SUMS`, every second one is dropped.
     """
 
     def __init__(self) -> None:
@@ -62,22 +68,22 @@ class FinalRms:
 
 
 def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
-    """Return the size of the part once per revolution, and that of the rest.
+    """Return the size of the once-per-turn part, and that of the rest.
 
-    The last whole revolutions are weighted by Hann's window over the *angle*, so that neither a
-    changing speed nor rows that do not fit the revolutions matter.
+    The last whole revolutions are weighted by Hann's window over the *angle*. So the result is also
+    right if the speed changes, or if revolutions are not a whole number of rows.
 
     Args:
         angle: angle of the rotor [rad], shape (rows,).
-        vectors: shape (rows, axes).
+        vectors: vectors of shape (rows, axes).
 
     Returns:
-        None for less than `TURNS` revolutions in one direction, or less than two rows per
-        revolution.
+        Both sizes; None for less than `TURNS` revolutions in one direction, or less than two rows
+        per revolution.
     """
     if len(angle) < 2:
         return None
-    behind = np.abs(angle - angle[-1])  # rad, from here to the end
+    behind = np.abs(angle - angle[-1])  # angle from a row to the last row [rad]
     steps = -np.diff(behind)
     if not (steps.min() > 0.0 and steps.max() < np.pi):
         return None
@@ -101,8 +107,8 @@ def spectrum(step: float, vectors: Array) -> tuple[Array, Array]:
     one of the frequencies, has the size A / sqrt(2) there.
 
     Args:
-        step: time between rows [s], which is constant.
-        vectors: at least two rows.
+        step: constant time between rows [s].
+        vectors: vectors of shape (rows, axes), at least two rows.
     """
     rows = len(vectors)
     window = 1.0 - np.cos(2.0 * np.pi * np.arange(rows) / rows)

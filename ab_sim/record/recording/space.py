@@ -1,8 +1,8 @@
-"""The drive in space, in mm.
+"""Drawing of the drive in space, in mm.
 
 Displacement and tilt are hundreds of times smaller than the deck, so the drawing exaggerates both
-by one factor, which the text next to it states. To first order, the displacement of every point of
-the deck is then multiplied by that factor. Spindle and balls turn by their true angles.
+by one factor, which the text next to the drawing states. To first order, the displacement of every
+point of the deck is multiplied by this factor. Spindle and balls turn by their true angles.
 """
 
 from __future__ import annotations
@@ -26,17 +26,19 @@ Parts = Iterator[tuple[str, Any]]
 _DECK, _SPRING = (90, 140, 190), (150, 150, 90)
 _GLASS = (75, 80, 90)
 _SHOWN = 0.04
-"""Drawn size of the deck's motion due to the unbalance alone, as a share of the deck's size."""
+"""Drawn size of the deck's motion due to the unbalance alone, relative to the deck's size."""
 
 
 @dataclass(frozen=True)
 class Space:
-    """The drawing of a drive in space."""
+    """Drawing of a drive in space."""
 
     mounts: Array
     """Positions of the mounts on the deck, on its axes [mm], shape (mounts, 3)."""
     race_heights: tuple[float, ...]
+    """Heights of the races [mm]."""
     ball_heights: tuple[float, ...]
+    """Heights of the balls [mm]."""
     rotor_height: float
     """Height of the rotor [mm]."""
     race: float
@@ -58,10 +60,11 @@ class Space:
         motion: float,
         arrows: Arrows | None,
     ) -> Space:
-        """Read the drawing from a description's ``deck``.
+        """Create the drawing from the section ``deck`` of a description.
 
         Args:
-            deck: None for a deck in the plane of the disc, whose plate is a square.
+            deck: section of the description, lengths in m; None for a deck in the plane of the
+                disc, which is drawn as a square.
             race: radius of the circle of the balls' centres [mm].
             radii: radii of the balls [mm].
             motion: size of the deck's motion [mm].
@@ -95,7 +98,7 @@ class Space:
         )
 
     def scenery(self) -> Parts:
-        """Yield static archetypes, which are logged once."""
+        """Yield the parts of the drawing that do not change, which are logged once."""
         r, (low, high) = self.race, self._plate()
         plate = _rectangle(low, high)
         line = 0.01 * r
@@ -128,12 +131,12 @@ class Space:
             )
 
     def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
-        """Yield the columns of moving parts, one row per sample.
+        """Yield the columns of moving parts by entity, one row per frame.
 
         Args:
             angle: angle of the spindle [rad], shape (rows,).
-            place: displacement of the deck [m], shape (rows, 2), or (rows, 3) in space: that of C.
-            turn: quaternions (w, x, y, z), shape (rows, 4).
+            place: displacement of the deck's centre [m], shape (rows, 2), or (rows, 3) in space.
+            turn: attitude of the deck as quaternions (w, x, y, z), shape (rows, 4).
             balls: angles of the balls from the unbalance [rad], shape (rows, balls).
         """
         rows, turned = len(angle), _more(turn, self.factor)
@@ -181,13 +184,13 @@ class Space:
         )
 
     def _stacked(self, balls: Array) -> Array:
-        """Return how far balls in one race are lifted to be visible; several races need no lift."""
+        """Return the lift of overlapping balls in one race, to be visible; 0 with several races."""
         if len({*self.ball_heights}) > 1:
             return np.zeros_like(balls)
         return stacked(balls, self.race, self.radii)
 
     def _plate(self) -> tuple[Array, Array]:
-        """Return the corners of the rectangle that holds mounts and race, at the mounts' height."""
+        """Return two opposite corners of the drawn plate, which spans the mounts and the race."""
         ring = self.race * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
         points = np.vstack([self.mounts, ring])
         low, high = points.min(axis=0), points.max(axis=0)
@@ -195,12 +198,12 @@ class Space:
         return low, high
 
     def _anchors(self) -> Array:
-        """Return the mounts' attachments to the housing, drawn below the deck to be visible."""
+        """Return the mounts' attachments to the housing, drawn below the deck for visibility."""
         return self.mounts - [0.0, 0.0, 0.6 * self.race]
 
 
 def _more(turn: Array, factor: float) -> Array:
-    """Return rotations about the same axes, by multiplied angles."""
+    """Return quaternions of rotations about the same axes, with angles multiplied by a factor."""
     turn = turn * np.where(turn[:, :1] < 0, -1.0, 1.0)
     sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
     half = factor * np.arctan2(sine, turn[:, :1])
@@ -216,7 +219,7 @@ def _rotated(turn: Array, points: Array) -> Array:
 
 
 def _round_down(factor: float) -> float:
-    """Round down to 1, 2 or 5 times a power of ten, which is easy to remember; at least 1."""
+    """Round down to 1, 2 or 5 times a power of ten, at least 1."""
     if factor < 1.0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(factor))
@@ -236,7 +239,7 @@ def _circle(radius: float, height: float) -> Array:
 
 
 def _disc(radius: float, height: float) -> Any:
-    """Return a plate, visible from both sides."""
+    """Return a disc that is visible from both sides."""
     rim = _circle(radius, height)[:-1]
     count = len(rim)
     corners = np.vstack([rim, [[0.0, 0.0, height]]])
@@ -250,6 +253,6 @@ def _disc(radius: float, height: float) -> Any:
 
 
 def _flat(points: Array, height: float) -> Array:
-    """Return points in a plane of the rotor."""
+    """Return complex points on the rotor's axes as points in space, at one height."""
     flat = points.ravel()
     return np.column_stack([flat.real, flat.imag, np.full(len(flat), height)])

@@ -1,4 +1,4 @@
-"""Phase of the spindle's motion, determined from its speed, live or offline."""
+"""Phase of the spindle's motion (such as standstill or speeding up), determined from its speed."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from ab_sim.record.recording.layout import Array, scalar_columns
 from ab_sim.record.recording.windows import SlidingWindows
 
 HOP = 0.02
-"""Length and spacing of the windows for the acceleration [s]."""
+"""Length and spacing of the windows in which the acceleration is determined [s]."""
 STILL, STEADY = 1e-3, 0.02
-"""Speeds that count as standstill, and changes per second that count as none, relative to the top
-speed."""
+"""Speed below which the spindle counts as standing [1], and acceleration below which it counts as
+steady [1/s], relative to the top speed."""
 PERIOD = "variable-speed period"
 PHASES: Mapping[str, Colour] = {
     "standstill": GREY,
@@ -33,13 +33,13 @@ Sent = tuple[str, Array, Any]
 
 
 class SpindlePhase:
-    """Finds the phases of the spindle's motion in the rows of a run.
+    """Determines the phases of the spindle's motion from samples.
 
     Args:
-        channels: channels of the rows, with ``speed`` [rad/s].
-        top_speed: rad/s; None: unknown.
-        period: variable-speed period, as ``explain`` describes it. It is identified by its speed
-            and acceleration, so that the start of a live profile need not be known.
+        channels: channels of the samples, with ``speed`` [rad/s].
+        top_speed: top speed [rad/s]; None: unknown.
+        period: variable-speed period, as in `Explanation`; None: none. It is recognised by its
+            speed and acceleration, because the start of a live profile is unknown.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class SpindlePhase:
             )
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Process further rows, and yield the phases that end in them."""
+        """Process the next samples, and yield the changes of the phase."""
         changes, names, ends, within = [], [], [], []
         for window in self._windows.of(rows):
             if len(window) < 2:
@@ -89,7 +89,7 @@ class SpindlePhase:
             yield "/plot/speed/period", np.array(ends), scalar_columns(np.array(within)[:, None])
 
     def phase_of(self, time: Array, speed: Array) -> str:
-        """Return one of ``PHASES``, from times [s] and speeds [rad/s] of a window."""
+        """Return the phase, one of ``PHASES``, from times [s] and speeds [rad/s] of a window."""
         slope = (speed[-1] - speed[0]) / (time[-1] - time[0])
         if np.max(np.abs(speed)) < STILL * self._scale:
             return "standstill"

@@ -1,4 +1,4 @@
-"""A recording on disk, read block by block, so that its length does not matter."""
+"""Reader of a recording in blocks, for recordings of any length."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from ab_sim.record.recording.layout import (
 from ab_sim.record.recording.rerun_file import Chunk, RerunFile
 
 BLOCK_ROWS = 10_000
-"""Default number of rows of a block: large enough for numpy, some MB."""
+"""Default number of rows of a block, which then has some MB."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """Entry of `Recording.event`; ``time`` [s] is rounded to ns, ``level`` has Rerun's name."""
+    """Entry of `Recording.event`; ``time`` [s] is rounded to 1 ns, ``level`` is that of Rerun."""
 
     time: float
     level: str
@@ -42,27 +42,27 @@ class Event:
 class Extent:
     """Amount of data in a recording."""
 
-    rows: int
-    first: tuple[float, float]  # step and time [s] of the first row; NaN if there is none
-    last: tuple[float, float]  # of the last
-    gaps: int  # places where steps are missing
-    missing: int  # steps that are not there because of them
-    left_out: int  # steps that are not there by intent, see `Recording`
+    rows: int  # number of samples
+    first: tuple[float, float]  # step and time [s] of the first sample; NaN if there is none
+    last: tuple[float, float]  # step and time [s] of the last sample
+    gaps: int  # number of places at which steps are missing
+    missing: int  # number of missing steps
+    left_out: int  # number of steps that decimation omitted, see `Recording`
 
 
 @dataclass(frozen=True)
 class Notes:
-    """Content of a recording besides its samples."""
+    """Content of a recording in addition to its samples."""
 
-    events: list[Event]  # in the order of time
-    scalars: dict[str, Array]  # name: (n, 2), time [s] and value
-    closed_with: int | None  # rows that there are, as it says where it was closed
+    events: list[Event]  # events, by increasing time
+    scalars: dict[str, Array]  # scalars by name, of shape (n, 2): time [s] and value
+    closed_with: int | None  # number of samples when it was closed; None if it was not closed
 
 
 class StoredRun:
-    """A recording that is read from disk on each request; see `open_recording`.
+    """Recording that is read from disk on each request; see `open_recording`.
 
-    For a recording in progress, each pass reads the data written so far.
+    Of a recording in progress, each request reads the data written so far.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -81,37 +81,37 @@ class StoredRun:
         text = chunks["/description"].texts("TextDocument:text")[0]
         self.description: dict[str, Any] = _description_in(text, self.path)
         self.remarks = self._remarks()
-        """Texts on parts of the file that are not read: a torn end, further recordings."""
+        """Texts on parts of the file that are not read: an incomplete end, further recordings."""
         named = chunks["/channels"].texts("names", None) if "/channels" in chunks else ()
         self.channels: tuple[str, ...] = tuple(named)
         rule = chunks.get(DECIMATED)
         self.every = int(rule.numbers("every")[0]) if rule else 1
-        """Decimation: one step in every ``every`` is kept away from events."""
+        """Decimation: away from events, one in ``every`` steps was kept."""
         self.around = float(rule.numbers("around")[0]) if rule else 0.0
-        """Time before and after an event in which all steps are kept [s]."""
+        """Time before and after an event in which all steps were kept [s]."""
 
     def blocks(
         self, channels: Sequence[str] | None = None, rows: int = BLOCK_ROWS
     ) -> Iterator[Array]:
-        """Yield samples in the order of step, bit for bit as recorded.
+        """Yield samples by increasing step, bit for bit as recorded.
 
         Parameters
         ----------
         channels : sequence of str
-            Channels in order; default: all. In a decimated recording, `LEFT_OUT` is one, too: the
-            number of rows left out by intent up to each row.
+            Channels, in this order; default: all. A decimated recording also has the channel
+            `LEFT_OUT`, the number of omitted steps up to each sample.
         rows : int
-            Rows of a block; the last one may be shorter.
+            Number of samples in a block; the last block may be shorter.
 
         Yields
         ------
         ndarray
-            Arrays of shape (rows, channels), which are not kept.
+            Blocks of shape (rows, channels).
 
         Raises
         ------
         KeyError
-            There is no such channel.
+            The recording has no such channel.
         """
         names = self.channels if channels is None else tuple(channels)
         counted = (LEFT_OUT,) if self.every > 1 else ()
@@ -148,7 +148,7 @@ class StoredRun:
         scene = self.description.get("scene") or {}
         return (
             *remarks,
-            f"holds {len(recordings)} recordings, as `rerun rrd merge` makes; only "
+            f"contains {len(recordings)} recordings, as from `rerun rrd merge`; only "
             f"{recordings[0]} is read (scene {scene.get('name', 'unknown')}); "
             "give each recording as its own file",
         )
@@ -163,7 +163,7 @@ class StoredRun:
 
     @cached_property
     def extent(self) -> Extent:
-        """Amount of data; takes a pass over the file."""
+        """Amount of data; the first use reads the whole file."""
         rows = gaps = missing = left_out = 0
         first = last = (float("nan"), float("nan"))
         counted = (LEFT_OUT,) if self.every > 1 else ()
@@ -181,7 +181,7 @@ class StoredRun:
 
     @cached_property
     def notes(self) -> Notes:
-        """Events and scalars of the run; takes a pass over the file."""
+        """Events and scalars of the run; the first use reads the whole file."""
         events: list[Event] = []
         scalars: dict[str, list[Array]] = {}
         closed = None
@@ -212,12 +212,12 @@ class StoredRun:
 
     def _chunks(self, *prefixes: str) -> Iterator[Chunk]:
         size = self.path.stat().st_size if self.path.is_file() else -1
-        if size < 0 or size != self._file.size:  # it is in progress
+        if size < 0 or size != self._file.size:  # the recording is in progress
             self._file = RerunFile(self.path)
         return self._file.chunks(*prefixes)
 
     def _rows(self, names: Sequence[str]) -> Iterator[Array]:
-        """Yield rows as stored: all channels of a row were sent at once."""
+        """Yield the rows of each chunk; a chunk has all channels of its rows."""
         layout = {
             group: [self.channels[column] for column in columns]
             for group, columns in layout_of(self.channels).items()
@@ -251,14 +251,14 @@ class StoredRun:
 
 
 def open_recording(path: Path | str) -> StoredRun:
-    """Open a recording by `Recording`, finished or not, to be read in blocks.
+    """Open a recording, finished or not, to read it in blocks.
 
     If its writer was killed, everything except the incomplete last batch is read.
 
     Parameters
     ----------
     path : Path or str
-        An .rrd file.
+        Recording, an .rrd file.
 
     Returns
     -------
@@ -269,7 +269,8 @@ def open_recording(path: Path | str) -> StoredRun:
     Raises
     ------
     RecordingError
-        The file is missing, not a Rerun file, or not by ab_sim; reading may raise it, too.
+        The file is missing, not a Rerun file, or not a recording of ab_sim; methods may raise it,
+        too.
 
     Examples
     --------

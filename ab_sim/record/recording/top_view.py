@@ -1,7 +1,7 @@
-"""The drive from above, to scale, in mm, turning with the rotor.
+"""Drawing of the drive from above, to scale, in mm.
 
-Rerun's 2-D views have y downwards. The drawing negates y and all angles, so that on the screen y
-points upwards and angles grow anticlockwise.
+In Rerun's 2-D views, y points downwards. The drawing negates y and all angles, so that on the
+screen y points upwards and angles increase anticlockwise.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ from ab_sim.record.recording.vectors import Arrows
 Parts = Iterator[tuple[str, Any]]  # entities and their data
 
 ROTOR = "/above/rotor"
-"""Entity of the rotor; it sorts before that of the samples, whose curves Rerun draws on top."""
+"""Entity of the rotor. Its name sorts before that of the samples, so that Rerun draws the curves of
+the samples on top of those of this entity."""
 _SIDE = 1.35
 """Half the width of the picture, relative to the race's radius."""
 _TOP, _BOTTOM = -1.55, 1.8
 """Upper and lower edge of the picture, with room for labels."""
 _CORNERS = np.array([[-1.15, -1.5], [1.15, -1.5], [-1.15, 1.3], [1.15, 1.3]])
-"""Positions of the labels, which are written below them."""
+"""Positions of the legend's points, relative to the race's radius; labels are below them."""
 
 
 @dataclass(frozen=True)
 class TopView:
-    """The drawing from above."""
+    """Drawing of a drive from above."""
 
     race: float
     """Radius of the circle on which the balls' centres run [mm]."""
@@ -44,7 +45,7 @@ class TopView:
     balance: Balance | None
 
     def scenery(self) -> Parts:
-        """Yield static archetypes, which are logged once."""
+        """Yield the parts of the drawing that do not change, which are logged once."""
         r, widest = self.race, max(self.radii, default=0.0)
         c, mark = 0.1 * r, 0.88 * r
         cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
@@ -75,7 +76,7 @@ class TopView:
             yield f"{ROTOR}/legend", self._legend(self.arrows)
 
     def frames(self, angle: Array, place: Array, balls: Array) -> list[Any]:
-        """Return the columns of the rotor, one row per sample.
+        """Return the columns of the rotor, one row per frame.
 
         Args:
             angle: angle of the spindle [rad], shape (rows,).
@@ -99,7 +100,7 @@ class TopView:
         return rotor
 
     def _legend(self, arrows: Arrows) -> Any:
-        """Return the arrows' names, one in each corner, where no ball goes."""
+        """Return the legend of arrows and rings, in the corners, where it covers no ball."""
         labels, colors = list(arrows.labels), list(arrows.colors)
         if self.balance is not None:
             labels.append("balanced" if self.balance.residual == 0.0 else "best place")

@@ -1,4 +1,4 @@
-"""The sum of unbalances as arrows: the rotor's, the balls' from its tip, and the residual."""
+"""Sum of unbalances as arrows: those of rotor and balls, one after the other, and the residual."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.layout import Array
 
 REACH = 0.62
-"""Length of the longer one of the rotor's and the balls' greatest unbalance, relative to the race's
-radius."""
+"""Drawn length of the largest unbalance, of the rotor or of all balls at one place, relative to the
+race's radius."""
 
 
 class Arrows(NamedTuple):
-    """The arrows of a drawing: M0 e, sum m_i R exp(i theta_i), and their sum."""
+    """Arrows of a drawing: M0 e, sum m_i R exp(i theta_i), and their sum."""
 
     unbalance: float
     """Unbalance M0 e [kg m]."""
     moments: Array
     """Moments m_i R of the balls [kg m], shape (balls,)."""
     scale: float
-    """Drawn length per kg m."""
+    """Drawn length [mm] per unbalance [kg m]."""
 
     @classmethod
     def of(cls, explained: Explanation, race: float) -> Arrows | None:
-        """Return the arrows for a race of that radius; None without an unbalance."""
+        """Return the arrows for a race's radius [mm]; None without an unbalance."""
         if not explained.vectors:
             return None
         assert explained.unbalance is not None
@@ -46,13 +46,13 @@ class Arrows(NamedTuple):
         return [UNBALANCE, RESULTANT, RESIDUAL][: len(self.labels)]
 
     def drawn(self, angles: Array) -> tuple[Array, Array]:
-        """Return origins and vectors of the arrows on the rotor's axes, complex.
+        """Return origins and vectors of the arrows on the rotor's axes.
 
         Args:
             angles: angles of the balls from the unbalance [rad], shape (rows, balls).
 
         Returns:
-            Two arrays of shape (rows, arrows).
+            Two complex arrays of shape (rows, arrows) [mm].
         """
         rotor = np.full(len(angles), self.scale * self.unbalance, dtype=complex)
         none = np.zeros_like(rotor)

@@ -1,4 +1,4 @@
-"""Vibration of the deck during a run: r.m.s., part once per revolution, spectrum."""
+"""Curves of the deck's vibration during a run: r.m.s., once-per-turn part, spectrum."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from ab_sim.record.recording.signals import once_per_turn, rms, spectrum
 from ab_sim.record.recording.windows import SlidingWindows
 
 HOP, SPAN = 0.1, 0.25
-"""Spacing and length of the sections for sizes [s]."""
+"""Spacing and length of the windows for r.m.s. values [s]."""
 SPECTRUM_HOP, SPECTRUM_SPAN = 0.5, 0.5
-"""Spacing and length of the sections for spectra [s]; a longer section separates close
+"""Spacing and length of the windows for spectra [s]; they are longer, to separate close
 frequencies."""
 ORDERS, MOST_LINES = 5.0, 500
 """Highest frequency of a spectrum in multiples of the top speed, and largest number of its
 lines."""
 SIZES = "/plot/vibration"
-"""Entity of curves that have a row for each ``HOP``."""
+"""Entity of curves with a row for each ``HOP``."""
 _RMS, _ORDERS = "rms", "orders"
 _CHARTS = {"/plot/spectrum/once": UNBALANCE, "/plot/spectrum/rest": GREEN}
-"""Entities of the bar charts of a spectrum, the lines once per turn and the rest, and colours."""
+"""Colours of the two bar charts of a spectrum by entity: lines once per turn, and other lines."""
 FEWEST = 4
 """Smallest number of rows of a window."""
 
-Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
+Sent = tuple[str, Array, Any]  # entity, rows with the times, columns
 
 
 def size_curves() -> list[PlottedCurves]:
-    """Return curves of the part once per revolution, of the rest, and of the whole."""
+    """Return the r.m.s. curves: of the once-per-turn part, of the rest, and of both."""
     names = ["once per turn", "the rest"]
     orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, GREEN])
     whole = lines(["r.m.s. of all"], [2.5], colors=[RUN])
@@ -47,11 +47,11 @@ def size_curves() -> list[PlottedCurves]:
 
 
 class VibrationCurves:
-    """Computes the curves from the rows of a run, block by block.
+    """Computes the curves from the samples of a run, block by block.
 
     Args:
-        channels: channels of the rows; ``ax``, ``ay`` [m/s^2] among them, and in space ``az``.
-        top_speed: rad/s; None: unknown.
+        channels: channels of the samples, with ``ax``, ``ay`` and in space ``az`` [m/s^2].
+        top_speed: top speed [rad/s]; None: unknown.
     """
 
     def __init__(self, channels: tuple[str, ...], top_speed: float | None) -> None:
@@ -62,7 +62,7 @@ class VibrationCurves:
         self._frequencies = np.empty(0)
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Yield the curves that the next rows complete."""
+        """Yield the points of the curves whose windows the next samples complete."""
         ends, sizes, orders = [], [], []
         for window in self._sizes.of(rows):
             if len(window) < FEWEST:
@@ -78,13 +78,13 @@ class VibrationCurves:
         yield from self._spectra(rows)
 
     def _spectrum(self, window: Array) -> tuple[Array, float, Array] | None:
-        """Return frequencies, the spindle's frequency [Hz], and amplitudes.
+        """Return frequencies [Hz], the spindle's frequency [Hz], and sizes [m/s^2].
 
-        None without a spectrum.
+        Return None if steps are missing, omitted or not finite: the spectrum would be wrong.
         """
         steps = np.diff(window[:, 0])
         if len(window) < FEWEST or np.any(steps != steps[0]):
-            return None  # rows are missing or left out: no spectrum is better than a wrong one
+            return None
         run = Trajectory(self._channels, window)
         length = run["time"][-1] - run["time"][0]
         step = length / (len(window) - 1)
@@ -96,7 +96,7 @@ class VibrationCurves:
         return frequencies[:count], float(turning), sizes[:count]
 
     def _spectra(self, rows: Array) -> Iterator[Sent]:
-        """Yield all spectra in one message per bar chart: a viewer takes few messages a frame."""
+        """Yield all spectra in one message per bar chart: a viewer can process few per frame."""
         ends, once, rest = [], [], []
         for window in self._spectrum_windows.of(rows):
             if (result := self._spectrum(window)) is None:
@@ -116,7 +116,7 @@ class VibrationCurves:
 
 
 def _bars(charts: list[Array]) -> Any:
-    """Return the column of the values of several bar charts; Rerun makes one for a single chart."""
+    """Return the column of the values of several bar charts; Rerun's function accepts one only."""
     (one,) = rr.BarChart.columns(values=[charts[0]])
     tensors = [rr.components.TensorDataBatch(chart).as_arrow_array() for chart in charts]
     together = rr.components.TensorDataBatch(pa.concat_arrays(tensors))
@@ -124,7 +124,7 @@ def _bars(charts: list[Array]) -> Any:
 
 
 def _axis(frequencies: Array, color: Any) -> Any:
-    """Return the columns of a bar chart without its values; they hold until the next ones."""
+    """Return the columns of a bar chart except its values: axis, bar width and colour."""
     width = np.full((1, len(frequencies)), frequencies[1] - frequencies[0])
     whole = rr.BarChart.columns(
         values=[frequencies], abscissa=[frequencies], widths=width, color=[color]

@@ -1,4 +1,4 @@
-"""Views of a run: the drive in pictures, or plots only, if positions are unknown."""
+"""Content of a recording for the viewer: drawings and plots, or only plots of unknown positions."""
 
 from __future__ import annotations
 
@@ -16,13 +16,18 @@ from ab_sim.record.recording.legend import legend_text
 from ab_sim.record.recording.pictures import PERIOD, Pictures, Sent
 
 ALWAYS = ("step", "time")
-"""The first channels of every recording."""
+"""First channels of every recording."""
 
 
 class DriveView:
-    """The drive in pictures, ``period`` [s] apart.
+    """View with drawings of the drive.
 
-    RecordingError if the description lacks what is drawn.
+    Args:
+        description: description of the run.
+        period: shortest time between two frames [s].
+
+    Raises:
+        RecordingError: the description lacks a value for the drawing.
     """
 
     def __init__(self, description: Mapping[str, Any], period: float = PERIOD) -> None:
@@ -38,30 +43,34 @@ class DriveView:
         yield from self._pictures.scenery()
 
     def begin(self, channels: Sequence[str]) -> None:
-        """Set the channels, from which the layout follows."""
+        """Set the channels, which determine the layout.
+
+        Raises:
+            RecordingError: the channels do not fit the number of balls.
+        """
         balls = len(layout_of(channels).get("balls_angle", ()))
         if balls != self._drawing.balls:
             raise RecordingError(
-                f"channels give the angles of {balls} balls, but the description says balls: "
+                f"channels have the angles of {balls} balls, but the description has balls = "
                 f"{self._drawing.balls}"
             )
         self._pictures = Pictures(self._drawing, channels, self._period)
         self._channels = tuple(channels)
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Return additional columns of samples, for plots."""
+        """Return the columns of computed curves with a row per sample."""
         return self._pictures.of_samples(rows)
 
     def frames(self, rows: Array) -> Iterator[Sent]:
-        """Yield the frames of the pictures from the next rows."""
+        """Yield the frames of the drawings for the next samples."""
         return self._pictures.frames(rows)
 
     def slow_curves(self, rows: Array) -> Iterator[Sent]:
-        """Yield the slow curves of the next rows."""
+        """Yield the curves with few points, such as spectra, for the next samples."""
         return self._pictures.slow_curves(rows)
 
     def conclusion(self) -> Iterator[tuple[str, Any]]:
-        """Yield static archetypes that a finished run replaces, by entity."""
+        """Yield the static archetypes that change at the end of a run, by entity."""
         yield self._about()
 
     def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
@@ -76,7 +85,7 @@ class DriveView:
 
 
 class PlotsView:
-    """View with one plot for each entity."""
+    """View with plots of all channels and no drawing."""
 
     needs = ALWAYS
 
@@ -88,7 +97,7 @@ class PlotsView:
         return iter(())
 
     def begin(self, channels: Sequence[str]) -> None:
-        """Set the channels, from which the layout follows."""
+        """Set the channels, which determine the layout."""
         self._channels = tuple(channels)
 
     def of_samples(self, rows: Array) -> list[Any]:
@@ -113,7 +122,7 @@ class PlotsView:
 
 
 def drawable(description: Mapping[str, Any], channels: Sequence[str]) -> bool:
-    """Return whether description and channels suffice for pictures of the run."""
+    """Return whether description and channels suffice for drawings of the run."""
     try:
         drawn = DriveView(description)
         drawn.begin(channels)

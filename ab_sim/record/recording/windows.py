@@ -10,9 +10,9 @@ from ab_sim.record.recording.layout import Array
 
 
 class SlidingWindows:
-    """Divides rows into windows of length ``span`` that end at multiples of ``hop``.
+    """Divides samples into windows of length ``span`` that end at multiples of ``hop``.
 
-    Windows depend on the rows' times only, and not on the size of blocks.
+    Windows depend only on the samples' times, and not on the size of blocks.
 
     Args:
         span: length of a window [s].
@@ -24,16 +24,18 @@ class SlidingWindows:
         self._kept = np.empty((0, 0))
 
     def of(self, rows: Array) -> Iterator[Array]:
-        """Yield all windows that the next rows complete; none without rows, or if time decreases.
+        """Yield all windows that the next samples complete.
+
+        Windows without samples, or in which time decreases, are omitted.
 
         Args:
-            rows: the next rows; ``time`` [s] is their second column.
+            rows: next samples; ``time`` [s] is the second column.
         """
         seen = len(self._kept)
         every = np.concatenate([self._kept, rows]) if seen else rows
         time = nanoseconds(every[:, 1])
         part = time // self._hop
-        # All earlier parts except the last were complete before: their windows were returned.
+        # Windows that end at rows of earlier blocks were yielded before.
         over = 1 + np.flatnonzero(np.diff(part))
         first = np.searchsorted(time, (part + 1) * self._hop - self._span)
         self._kept = every[first[-1] :].copy()
@@ -44,14 +46,14 @@ class SlidingWindows:
 
 
 class FrameRate:
-    """Selects the first row in each ``period`` [s], independent of the size of blocks."""
+    """Selects the first sample in each ``period`` [s], independent of the size of blocks."""
 
     def __init__(self, period: float) -> None:
         self._period = round(period * 1e9)
         self._last = np.iinfo(np.int64).min
 
     def of(self, rows: Array) -> Array:
-        """Return the selected rows; ``time`` [s] is the second column."""
+        """Return the selected ones of the next samples; ``time`` [s] is the second column."""
         part = nanoseconds(rows[:, 1]) // self._period
         before, self._last = self._last, part[-1]
         return rows[np.concatenate([[part[0] != before], part[1:] != part[:-1]])]

@@ -1,4 +1,4 @@
-"""Writing of a recording."""
+"""Writer of a recording."""
 
 from __future__ import annotations
 
@@ -32,57 +32,56 @@ from ab_sim.record.recording.piped_file import FLUSH_SECONDS, PipedFile
 from ab_sim.record.recording.views import ALWAYS, DriveView, PlotsView
 from ab_sim.record.recording.windows import FrameRate
 
-BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
-PICTURES_WAIT = 1.0  # s of the run, without a viewer
-SHOWN_PERIOD = 0.02  # s between two rows for a viewer, and two frames
-SLOW_PERIOD = 2.0  # s of the run between two messages of slow curves and of scalars for a viewer
-CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
+BATCH_ROWS = 5000  # rows that are sent together: sending 200 rows takes as long as sending 1
+PICTURES_WAIT = 1.0  # longest delay of drawings without a viewer, in time of the run [s]
+SHOWN_PERIOD = 0.02  # shortest time between two rows, and two frames, for a viewer [s]
+SLOW_PERIOD = 2.0  # time between two messages of slow curves and scalars for a viewer [s]
+CHUNK_ROWS = 10_000  # largest number of rows of a chunk; viewers process this size quickly
 
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
 
 
 class Recording:
-    """Writer of one run to an ``.rrd`` file, which Rerun can open meanwhile.
+    """Writer of one run to an ``.rrd`` file, which viewers can open while it grows.
 
-    An existing file is replaced. Use it from one thread at a time. Every method raises
-    `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again, and
-    the file is cut back to the last batch that was written whole, so that it stays readable; one
-    that would hold no samples is removed. Rows, scalars and events are collected until there are
-    `BATCH_ROWS` of them, or until `flush`. A live recorder calls it periodically; a killed
-    recording loses the data after the last flush.
+    An existing file is replaced. Only one thread at a time may use the writer. Every method may
+    raise `RecordingError`. After a write error (disk full, file deleted), all methods except
+    `close` raise it again. The file is then cut back to the last complete batch, so that it remains
+    readable; a file without samples is deleted. Rows, scalars and events are collected until there
+    are `BATCH_ROWS` of them, or until `flush`, which a live recorder calls periodically. If the
+    process is killed, the data after the last flush are lost.
 
     Parameters
     ----------
     path : Path | str
-        The file; its folder must exist.
+        File to write; its folder must exist.
     description : mapping
-        Description of the run, JSON-able, stored unchanged. The pictures use ``race_radius`` [m],
-        ``eccentricity`` [m], ``balls`` (their number), ``ball_radii`` [m] (one per ball; None:
-        stand-ins that fit), a motor in ``effects``, the names of ``sensors``, and for a deck in
-        space ``deck`` as in `ab_sim.drive.description`.
+        Description of the run, JSON-able, stored unchanged. Drawings use ``race_radius`` [m],
+        ``eccentricity`` [m], ``balls`` (their number), ``ball_radii`` [m] (one per ball; None: a
+        radius that fits), a motor in ``effects``, the names of ``sensors``, and for a deck in space
+        ``deck`` as in `ab_sim.drive.description`.
     index : bool
-        Whether the file ends with Rerun's index, for quick access to parts of it. Until then Rerun
-        keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB an hour for a
-        drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd optimize`` adds it
-        afterwards.
+        Whether the file ends with Rerun's index, for quick access to its parts. For the index,
+        Rerun keeps 1 to 2 kB in memory for each message, some 300 MB per hour for a drive at 1 kHz.
+        Recordings of unknown length should have no index; ``rerun rrd optimize`` can add it later.
     drawn : bool
-        Whether there is a drawing. Without a drawing, description and channels need not contain
-        anything about the drive, and all channels are plotted.
+        Whether there is a drawing. Without a drawing, description and channels need no data on the
+        drive, and all channels are plotted.
     every : int
-        Keep one step in every ``every``, and all steps around events and the ends of a command's
-        ramps (`ab_sim.record.recording.decimation`); 1 keeps all. Rows then wait for twice
-        ``around`` before they are sent.
+        Keep one in ``every`` steps, and all steps around events and the ends of a command's ramps
+        (`ab_sim.record.recording.decimation`); 1 keeps all. Rows then wait for twice ``around``
+        before they are sent.
     around : float
-        Time at full rate before and after an event [s], if ``every`` is more than 1.
+        Time before and after an event in which all steps are kept [s], if ``every`` is more than 1.
     is_shown : bool
-        For a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures are still
-        made from all rows, because the shown rows alone would falsify the vibration. Vibration,
-        phase of the spindle and scalars follow each `SLOW_PERIOD`: a viewer drawn by software takes
+        Whether the file is only for a viewer that follows the run. It then has one row and one
+        frame in each `SHOWN_PERIOD`; curves of the vibration are still computed from all rows. They
+        and scalars are sent once in each `SLOW_PERIOD`, because a viewer without a GPU can process
         few messages at a time. Nothing is sent until `flush`. The viewer follows the newest samples
-        until the recording is closed; every other file opens at its start, paused.
+        until the recording is closed; other files open at their start, paused.
     decimated : bool
-        ``every`` and ``around`` have already been applied, and `block` receives the numbers of rows
-        left out.
+        Whether ``every`` and ``around`` have already been applied, and `block` gets the numbers of
+        omitted rows.
 
     Examples
     --------
@@ -108,18 +107,18 @@ class Recording:
         decimated: bool = False,
     ) -> None:
         self.path = Path(path)
-        self.rows = 0  # rows taken by block()
-        self.rows_written = 0  # of these, rows that are in the file
-        self.missing = 0  # steps between the first and the last of those that are not among them
-        self.last_step = -np.inf  # of the rows taken
+        self.rows = 0  # number of rows that block() has received
+        self.rows_written = 0  # number of rows in the file
+        self.missing = 0  # number of missing steps between the first and the last row
+        self.last_step = -np.inf  # step of the last row
         self._channels: tuple[str, ...] = ()
         self._blocks: list[Array] = []
         self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
         self._states: dict[str, list[tuple[float, str]]] = {}  # by name: time, state
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
-        self._collected = 0  # rows, scalars and events not sent yet
-        self._sent = 0  # rows
-        self._rows_without_pictures: list[Array] = []  # rows sent whose pictures are not
+        self._collected = 0  # number of rows, scalars and events not sent yet
+        self._sent = 0  # number of rows sent
+        self._rows_without_pictures: list[Array] = []  # sent rows whose frames have not been sent
         self._rows_without_slow_curves: list[Array] = []
         self._first_step = np.nan
         self._error: RecordingError | None = None
@@ -145,7 +144,7 @@ class Recording:
 
     @property
     def failed(self) -> bool:
-        """True if a write error has ended the recording."""
+        """True if the recording was ended by a write error."""
         return self._error is not None
 
     def __enter__(self) -> Recording:
@@ -156,23 +155,23 @@ class Recording:
 
     @property
     def left_out(self) -> int:
-        """Number of rows that decimation has left out of the file."""
+        """Number of rows that decimation has omitted."""
         return self._decimation.left_out
 
     @property
     def stretches_refused(self) -> int:
-        """Number of events around which the full rate was refused, as there were too many."""
+        """Number of events around which steps were omitted because there were too many events."""
         return self._decimation.refused
 
     def lay_out(self, channels: Sequence[str], scalars: Sequence[str]) -> None:
-        """Send the layout before the first samples, complete, so that it is sent once only.
+        """Send the complete layout before the first samples, so that it is sent only once.
 
         Parameters
         ----------
         channels : sequence of str
             Channels of the samples.
         scalars : sequence of str
-            Names of scalars that may come.
+            Names of all scalars that may be recorded.
         """
         self._check_usable()
         for name in scalars:
@@ -187,15 +186,15 @@ class Recording:
         Parameters
         ----------
         channels : sequence of str
-            The same in every block. ``step``, ``time`` come first; ``angle``, ``x``, ``y`` and the
-            angles of all balls are needed for the drawing, and of a deck in space ``z`` and its
-            quaternion; other channels are free.
+            Channels, the same in every block. ``step`` and ``time`` are the first. The drawing
+            needs ``angle``, ``x``, ``y`` and the angles of all balls, and for a deck in space ``z``
+            and the quaternion; there may be any other channels.
         samples : array_like
-            (rows, channels), float64, copied. ``step`` must increase from row to row; gaps are
-            counted by `read_recording`.
+            Samples of shape (rows, channels), float64; they are copied. ``step`` must increase from
+            row to row; `read_recording` counts gaps.
         left_out : array_like
-            For samples that were decimated before, the number of rows left out up to each row; only
-            with ``decimated``.
+            Number of rows omitted up to each row, for samples that were decimated before; only with
+            ``decimated``.
         """
         self._check_usable()
         names, rows = tuple(channels), np.array(samples, dtype=np.float64)
@@ -223,19 +222,23 @@ class Recording:
         self._collect(self._keep(*self._decimation.take(rows, command)))
 
     def scalar(self, name: str, time: float, value: float) -> None:
-        """Record a number that is not in the samples, such as the real-time factor, at time [s].
+        """Record a number that is not in the samples.
 
         Parameters
         ----------
         name : str
-            An identifier, such as ``real_time_factor``.
+            Name, an identifier such as ``real_time_factor``.
+        time : float
+            Time [s].
+        value : float
+            Number to record.
         """
         self._check_usable()
         if not name.isidentifier():
             raise RecordingError(
                 f"{self.path}: the name of a scalar must be one word, not {name!r}"
             )
-        if name not in self._scalars:  # every name gets a plot, and an empty one would only confuse
+        if name not in self._scalars:  # declared with its first value, so that no plot is empty
             self._declare_scalar(name)
             if self._channels:
                 self._send_layout()
@@ -243,7 +246,7 @@ class Recording:
         self._collect(1)
 
     def event(self, time: float, text: str, level: str = "INFO", source: str = "run") -> None:
-        """Record an event at time [s]; ``level`` as in Python's logging."""
+        """Record an event at a time [s]; ``level`` is that of Python's logging."""
         self._check_usable()
         level = _LEVELS.get(level.upper(), level.upper())
         self._decimation.note(time)
@@ -251,7 +254,7 @@ class Recording:
         self._collect(1)
 
     def state(self, name: str, time: float, state: str) -> None:
-        """Record a change of state at time [s], such as a profile: done."""
+        """Record a change of a state at a time [s], such as that of ``profile`` to ``done``."""
         self._check_usable()
         if name not in self._states:
             self._states[name] = []
@@ -265,8 +268,8 @@ class Recording:
         Parameters
         ----------
         pictures : bool
-            Also send the pictures. Otherwise they wait for a second of the run, because each
-            message costs some 1.2 kB, even an empty one.
+            Whether to send all frames of drawings. Otherwise they are sent once per second of the
+            run, because each message takes some 1.2 kB in addition to its content.
         """
         self._check_usable()
         slow = self._slow_are_due()
@@ -285,7 +288,7 @@ class Recording:
             self.missing = int(self.last_step - self._first_step) + 1 - self.rows
 
     def close(self) -> None:
-        """Write the rest and the end mark. Does nothing if closed, or after an error."""
+        """Write the remaining data and the end mark; if closed, or after an error, do nothing."""
         if self._closed or self._error:
             return
         self._keep(*self._decimation.rest())
@@ -333,7 +336,7 @@ class Recording:
         self._static(entity_path("run", name), style(name))
 
     def _send_layout(self) -> None:
-        """Send the viewer's layout, some 0.1 MB in 100 messages."""
+        """Send the viewer's layout, which takes some 0.1 MB in 100 messages."""
         self._stream.send_blueprint(self._view.blueprint(list(self._scalars), self._followed))
 
     def _check_steps(self, rows: Array) -> None:
@@ -342,7 +345,7 @@ class Recording:
             raise RecordingError(f"{self.path}: step must be whole and time finite in every row")
         if (np.diff(steps, prepend=self.last_step) <= 0).any():
             raise RecordingError(
-                f"{self.path}: step must grow from row to row, but {steps[0]:.0f}..{steps[-1]:.0f} "
+                f"{self.path}: step must increase, but {steps[0]:.0f}..{steps[-1]:.0f} "
                 f"came after {self.last_step:.0f}; after a reset, start a new recording"
             )
 
@@ -358,7 +361,7 @@ class Recording:
             self.flush()
 
     def _slow_are_due(self) -> bool:
-        """Return whether slow curves and scalars are sent now."""
+        """Return whether slow curves and scalars are due; if so, set their next time."""
         if self._rows_shown is not None and self._blocks:
             newest = float(self._blocks[-1][-1, 1])
             if newest < self._slow_until:
@@ -412,7 +415,7 @@ class Recording:
 
     @property
     def _picture_delay(self) -> float:
-        """Time of the run for which pictures are pending [s]."""
+        """Time of the run for which frames have not been sent [s]."""
         if not (pending := self._rows_without_pictures):
             return 0.0
         return float(pending[-1][-1, 1] - pending[0][0, 1])
@@ -420,7 +423,7 @@ class Recording:
     def _send_derived(
         self, pending: list[Array], derive: Callable[[Array], Iterator[Sent]]
     ) -> None:
-        """Send what is derived from the pending rows."""
+        """Send frames or curves of the pending rows."""
         if not pending:
             return
         rows = np.concatenate(pending)
@@ -429,7 +432,7 @@ class Recording:
             self._send(entity, index_columns(when[:, 1], when[:, 0]), columns)
 
     def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:
-        """Return the timelines for entries with a time, and the step in which they fall."""
+        """Return the timelines of entries: their times, and the nearest steps if known."""
         if self._step is None:
             return index_columns(times)
         return index_columns(times, np.rint(np.asarray(times) / self._step))
@@ -445,18 +448,18 @@ class Recording:
             self.rows_written = self.missing = 0
         elif isinstance(reason, OSError):
             self._file.cut()
-        # otherwise the disk hangs, and this call would hang as well
+        # For other errors, the disk does not answer, and the next call would block.
         if isinstance(reason, OSError):
             self._stream.disconnect()
             if not self.rows_written:
                 self._file.remove()
         self._error = RecordingError(
-            f"recording stopped: {self.path} holds {self.rows_written} of {self.rows} rows and "
-            f"cannot be written further: {reason}"
+            f"recording stopped: {self.path} contains {self.rows_written} of {self.rows} rows and "
+            f"cannot be written any further: {reason}"
         )
         return self._error
 
 
 def _positive(value: object) -> float | None:
-    """Return the value, if it is a number above 0."""
+    """Return the value if it is a finite number above 0, else None."""
     return float(value) if isinstance(value, (int, float)) and 0.0 < value < np.inf else None
