@@ -33,7 +33,7 @@ smartquotes = False  # psi'' is a derivative
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_fence_as_directive = ["math"]  # as GitHub has it
 myst_heading_anchors = 4  # links to headings are those that GitHub makes
-myst_url_schemes = {"http": None, "https": None, "mailto": None, "source": "{{path}}"}
+myst_url_schemes = {"http": None, "https": None, "mailto": None}
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"

@@ -75,7 +75,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_site_is_whole(site: Path) -> None:
-    """Pages need no network and no server: the site has all files that they load or link to."""
+    """The site has all files that its pages load or link to, and so can be moved to a server."""
     for page in site.rglob("*.html"):
         links = Links()
         links.feed(page.read_text(encoding="utf-8"))
@@ -83,7 +83,8 @@ def test_the_site_is_whole(site: Path) -> None:
             parts = urlsplit(link)
             if parts.scheme in ("http", "https", "data", "mailto") or not parts.path:
                 continue
-            assert (page.parent / unquote(parts.path)).exists(), f"{page}: {link}"
+            target = (page.parent / unquote(parts.path)).resolve()
+            assert target.is_relative_to(site) and target.exists(), f"{page}: {link}"
         loaded = re.findall(
             r"<(?:script|link|img)[^>]*(?:src|href)=\"(https?://[^\"]+)", page.read_text()
         )

@@ -367,18 +367,6 @@ def scenes() -> Iterator[str]:
     yield from _table(["scene", "description"], rows)
 
 
-def guide() -> Iterator[str]:
-    """Where CONTRIBUTING.md is, if there is one."""
-    if (ROOT / "CONTRIBUTING.md").exists():
-        yield "How to set up, test and hand in a change: [CONTRIBUTING.md](../CONTRIBUTING.md)."
-
-
-def glossary() -> Iterator[str]:
-    """The page of words for a list of pages, if there is one."""
-    if (ROOT / "docs" / "glossary.md").exists():
-        yield "glossary"
-
-
 def python() -> Iterator[str]:
     """Every public name of the package, with the first line of its docstring."""
     import ab_sim
@@ -404,8 +392,6 @@ STORED: dict[str, Callable[[], Iterator[str]]] = {
 }
 AT_BUILD: dict[str, Callable[[], Iterator[str]]] = {
     "examples": examples,
-    "guide": guide,
-    "glossary": glossary,
 }
 
 

@@ -1,6 +1,8 @@
-"""Links from a page to a file outside of docs lead into the checkout that the site was made from.
+"""Links from a page to files that are no pages of the site.
 
-Pages name such files relative to themselves, as GitHub wants it. The site is somewhere else.
+Pages name such files relative to themselves, as GitHub wants it. The site has a page for each text
+in ``GUIDES`` and copies of other files, which MyST makes. It has no folders: their path follows
+the words of the link.
 """
 
 import os
@@ -9,26 +11,47 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-_LINK = re.compile(r"\]\((?![a-z]+:|#)([^)#\s]+)((?:#[^)\s]*)?)\)")
+ROOT = Path(__file__).absolute().parents[2]
+GUIDES = {
+    "CHANGELOG.rst": "docs/changelog.rst",
+    "CONTRIBUTING.md": "docs/contributing.md",
+    "examples/firmware_prototype/README.md": "docs/howto/firmware-prototype.md",
+    "examples/firmware_in_lock_step/README.md": "docs/howto/firmware-in-lock-step.md",
+    "examples/firmware_in_c/README.md": "docs/howto/firmware-in-c.md",
+}
+"""Texts outside of docs, and the pages that include them."""
+_GUIDE = re.compile(r"^<!-- guide -->\n.*?^<!-- to here -->$", re.DOTALL | re.MULTILINE)
+_LINK = re.compile(r"\[([^]]*)\]\((?![a-z]+:|#)([^)#\s]+)((?:#[^)\s]*)?)\)")
 
 
-def lead_out(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Turn each link to a file that is no page into one from the page's place in the site."""
-    docs = Path(app.srcdir).resolve()
-    page = Path(app.env.doc2path(docname)).resolve().parent
-    site = (Path(app.outdir).resolve() / docname).parent
+def relinked(text: str, old: Path, new: Path) -> str:
+    """Return the text of the file ``old`` with the links that it needs in the page ``new``."""
 
-    def led(link: re.Match[str]) -> str:
-        target = (page / link[1]).resolve()
-        inside = target.is_relative_to(docs)
-        if not target.exists() or (inside and target.suffix in (".md", ".rst", ".png")):
-            return link[0]
-        return f"](source:{os.path.relpath(target, site)}{link[2]})"
+    def link(match: re.Match[str]) -> str:
+        words, path, fragment = match.groups()
+        target = Path(os.path.normpath(old.parent / path))
+        if target.is_dir():
+            name = f"{target.relative_to(ROOT)}/"
+            return f"`{name}`" if words in name else f"{words} (`{name}`)"
+        page = GUIDES.get(os.path.relpath(target, ROOT))
+        target = ROOT / page if page else target
+        return f"[{words}]({os.path.relpath(target, new.parent)}{fragment})"
 
-    source[0] = _LINK.sub(led, source[0])
+    return _LINK.sub(link, text)
+
+
+def include(app: Sphinx, docname: str, source: list[str]) -> None:
+    """Put the text of a page's guide, without its title, into the page; change the page's links."""
+    page = Path(app.env.doc2path(docname)).absolute()
+    text = relinked(source[0], page, page)
+    guide = {ROOT / place: ROOT / name for name, place in GUIDES.items()}.get(page)
+    if guide:
+        _, _, body = guide.read_text(encoding="utf-8").partition("\n")
+        text = _GUIDE.sub(lambda _: relinked(body, guide, page), text)
+    source[0] = text
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """As Sphinx calls it."""
-    app.connect("source-read", lead_out)
+    """Connect to Sphinx, after other parts have been filled in."""
+    app.connect("source-read", include)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
