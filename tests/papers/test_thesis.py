@@ -70,13 +70,13 @@ def test_section_4_1() -> None:
     runs = start_ups([(THESIS._replace(starts=start), None) for start in STARTS.values()])
     claims = without_claims(dict(zip(STARTS, runs, strict=True)))
     assert verdicts_on_page("4.1 ") == verdicts_of([*claims, *starts_claims(starts_runs())])
-    parted = "as a result of the different forces one ball is there, one not"
+    parted = "because the forces differ, one ball is there and one is not"
     assert fails(claims) == [
         "4.1 (c): to cancel the unbalance the balls must be at -180 deg",
         f"4.3 (b), (c): {parted}",
         "4.5 (c), 4.6: one ball in the vicinity of -180 deg, the other not",
         f"4.5 (b), (c): {parted}",
-        "4.2, 4.4, 4.6: it remains because not both balls are opposite",
+        "4.2, 4.4, 4.6: unbalance remains because not both balls are opposite",
     ]
     np.testing.assert_allclose(runs[2].angles, [-138.8, 50.2], atol=0.3)
     # The thesis' own example of balls that are not in the vicinity is none to us, either.
@@ -96,7 +96,7 @@ def test_sections_4_2_and_4_3() -> None:
     assert fails(claims) == [
         f"4.7, 4.8: {gone}",
         f"4.9, 4.10: {gone}",
-        "4.11 (b): the force almost as in 4.7 (b), too, if that is meant",
+        "4.11 (b): the force is also almost as in 4.7 (b), if that is meant",
         f"4.11, 4.12: {gone}",
         "4.7, chapter 7: above the critical speed this suppresses vibration excellently",
     ]
@@ -135,8 +135,8 @@ def test_section_4_4() -> None:
         "4.21: half the acceleration for 0.4 s: settled in 0.88 s",
         "4.15: half the acceleration for 0.5 s: settled in 0.58 s",
         "4.22: half the acceleration for 0.6 s: settled in 0.59 s",
-        "section 4.4: half the acceleration: 0.5 s is soonest of 0.4, 0.5, 0.6 s",
-        "4.23: half the acceleration: 0.5 s is soonest of 0.4, 0.5, 0.6, 0.7 s",
+        "section 4.4: half the acceleration: 0.5 s settles first of 0.4, 0.5, 0.6 s",
+        "4.23: half the acceleration: 0.5 s settles first of 0.4, 0.5, 0.6, 0.7 s",
     ]
     assert [claim.verdict.split(": ")[-1].split(";")[0] for claim in claims[4:6]] == [
         "+9.1%", "+6.7%"
@@ -173,12 +173,12 @@ def test_the_final_whirl_is_one_state_with_any_period_or_none() -> None:
 
 
 def test_section_4_5() -> None:
-    optimised = "the end time of section 4.4, a hold of 0.4 s, as 1/sqrt(M)"
+    optimised = "the end time of section 4.4, a hold of 0.4 s, scaled as 1/sqrt(M)"
     claims = [*ratio_claims(), *range_claims(over_ranges(quiet, (2.0,)), (2.0,))]
     assert verdicts_on_page("4.5 ") == verdicts_of(claims)
     assert fails(claims) == [
         "4.26 (b): as a result of the whirl the force is quite small",
-        "4.27: m must be increased: not by the end time alone",
+        "4.27: m must be increased: the end time alone does not do it",
         "4.27, 4.28: balance effect: the balls cancel the unbalance",
         f"4.27: {optimised}: best again",
         f"4.28: {optimised}, m with it: best again",
@@ -189,12 +189,12 @@ def test_section_4_5() -> None:
         "4.30 (c): end position: about -300 deg",
         "section 4.5: the period starts where the speed is critical: the best start",
         "section 4.5: the start time depends on M and k only: so does the best one",
-        "4.32: the phase does not change much because the force grows as the way along the race",
+        "4.32: the phase does not change much because the force grows like the path along the race",
         "4.37: the balance effect is slightly excessive",
         "4.37: the balance effect strictly: the end time or m finely adjusted "
         "(the English: and m decreased)",
         "4.40 (b): largest force over that of 4.24: about 2",
-        "4.44: c_b = 2: difficult by the end time alone",
+        "4.44: c_b = 2: difficult with the end time alone",
     ]
     # The reference, and the times that are given, not found; and what is ours.
     uncounted = [claim.verdict for claim in claims if claim.holds is None]
@@ -266,7 +266,7 @@ def test_chapter_5() -> None:
     drag, eccentricity = chapter_5.over_drag(quiet), chapter_5.over_eccentricity(quiet)
     in_time = "the settling time is not significantly changed by e, m = 1 g"
     far = "... or to another odd multiple: -900 deg"
-    heavier = "the larger m the farther: the balls become easy to move"
+    heavier = "the larger m, the farther they go: the balls become easy to move"
     without = without_claims_5(runs, drag, eccentricity)
     held = hold_claims_5(runs, drag, eccentricity)
     assert verdicts_on_page("5.1 ") == verdicts_of(without)
@@ -274,7 +274,7 @@ def test_chapter_5() -> None:
     assert settled_after(runs["5.8"]) is None
     assert fails(without) == [
         f"5.5: {heavier}",
-        "5.2 (c): settles near, the next balanced position: about -540 deg",
+        "5.2 (c): settles near the next balanced position: about -540 deg",
         "5.2 (c): odd multiples of -180 deg are the balanced positions",
         "5.4: they settle in the vicinity of odd multiples of -180 deg",
         f"5.5: {far}",
@@ -283,15 +283,15 @@ def test_chapter_5() -> None:
     ]
     assert fails(held) == [
         "5.7, 5.8, 5.9: the settling time grows by the period of 0.5 s",
-        "5.7, summary of 5.2: as a result of the promotion the balls settle sooner",
+        "5.7, summary of 5.2: because of the promotion the balls settle sooner",
         "5.8, chapter 7: odd multiples of -180 deg are stable positions",
         f"5.11: {heavier}",
-        "5.10: m = 1.5 g, unlike 1 g: an unbalanced position, by what is left",
+        "5.10: m = 1.5 g, unlike 1 g: an unbalanced position, judged by the remaining unbalance",
         f"5.11: {far}",
         "5.12: e does not change the end position much, whatever m",
         f"5.12: {in_time}",
         "5.12: the end position changes less than without the hold",
-        "5.12: settling is more stable than without the hold: the time, m = 1 g",
+        "5.12: settling time is more stable than without the hold, m = 1 g",
     ]
 
 

@@ -163,15 +163,15 @@ def test_verdicts_on_the_page() -> None:
     failing = [f"{figure}: {printed}" for figure, printed, kind in verdicts if kind == FAILS]
     assert len(verdicts) == 39 and [kind for *_, kind in verdicts].count("no result") == 8
     assert failing == [
-        "6.3, 6.4: ... and moves the balls to -180 deg",
+        "6.3, 6.4: the period moves the balls to -180 deg",
         "6.4 (a): after 2500 rpm the balls are near -180 deg, after 2000, 3000 rpm not",
         "6.4 (b), (c): residual unbalance is not improved because they are not near -180 deg",
         "section 6.2: residual unbalance is eliminated",
         "6.4 (c): 3000 rpm: residual unbalance is not improved",
         "6.5: with balls less at almost all speeds",
-        "6.6: from 0.1 to 0.25 g cm not much changes, without balls either",
-        "6.6: ... with balls and no period",
-        "6.6: ... with balls and the period",
+        "6.6: from 0.1 to 0.25 g cm not much changes, also without balls",
+        "6.6: from 0.1 to 0.25 g cm not much changes: with balls and no period",
+        "6.6: from 0.1 to 0.25 g cm not much changes: with balls and the period",
         "6.4: after 2500 rpm the balls are near -180 deg immediately, after 2000, 3000 rpm not",
         "6.5: it shakes less because the non-synchronous rotation is eliminated",
         "5.6, 6.6: 5.6 corresponds to 6.6 without the period: the balls' place",

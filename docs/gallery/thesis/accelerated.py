@@ -34,7 +34,7 @@ def _half_claims(runs: dict[str, StartUp]) -> list[Claim]:
             f"{half.peak[0]:.1f}, in 4.7 {hold.peak[0]:.1f} (ours: to {ABOUT:.0%})",
             abs(half.peak[0] / hold.peak[0] - 1) < ABOUT,
         ),
-        value("4.15 (a)", "when, sooner than in 4.7", 3.0, half.peak[1], " s", TIMED),
+        value("4.15 (a)", "time of the peak, earlier than in 4.7", 3.0, half.peak[1], " s", TIMED),
         Claim(
             "4.15 (b)", "one hump in place of the twin hump of 4.7 (b)",
             f"{humps[1]} maximum, in 4.7 {humps[0]}", humps == (2, 1),
@@ -45,7 +45,7 @@ def _half_claims(runs: dict[str, StartUp]) -> list[Claim]:
             + ("without ever falling" if np.all(np.diff(rising) >= 0.0) else "with dips"),
             bool(np.all(np.diff(rising) >= 0.0)),
         ),
-        value("4.15 (b)", "... to its peak at", 3.0, half.forward_peak[1], " s", TIMED),
+        value("4.15 (b)", "time of the largest force", 3.0, half.forward_peak[1], " s", TIMED),
         Claim(
             "4.15 (c)", "the balls reach -180 deg sooner than in 4.7",
             f"{_settled(half)}; in 4.7 {_settled(hold)}",
@@ -167,8 +167,8 @@ def _encouraged(slower: list[StartUp], without: StartUp) -> Claim:
         + f" deg at 10, 20, 30 rad/s^2, in 4.1 at {went[-1]:.0f} deg (ours: farther the later the "
         f"force, by {READ:g} deg from 30 to 10 rad/s^2)",
         bool(np.all(np.diff(went[:-1]) > 0.0)) and went[0] <= went[2] - READ,
-        "all are farther than without a period, but those whose force is later are behind then, "
-        "and ahead only at last",
+        "all go farther than without a period, but those with a later force are behind at that "
+        "time, and ahead only at the end",
     )  # fmt: skip
 
 

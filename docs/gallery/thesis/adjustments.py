@@ -44,7 +44,8 @@ def as_far_claim(figure: str, made: Ratios) -> Claim:
     way, force = run.parameters.R / other.parameters.R, pushed(run) / pushed(other)
     shares = (1.0 + run.parameters.carried) / (1.0 + other.parameters.carried)
     return Claim(
-        figure, "the phase does not change much because the force grows as the way along the race",
+        figure,
+        "the phase does not change much because the force grows like the path along the race",
         f"the way is {way:g} times as long, the force's integral over time {force:.2f} times that "
         f"in {beside} (ours: alike to {ABOUT:.0%})", abs(force / way - 1.0) <= ABOUT,
         f"1 + 2 m R / (M0 e), which drives the whirl, grows {shares:.2f} times only",
@@ -86,8 +87,8 @@ def start_claims(best: dict[str, float | None]) -> list[Claim]:
             "section 4.5", "the period starts where the speed is critical: the best start",
             f"balls are soonest at -180 deg, from standstill, with a hold of 0.5 s from {own:g} "
             f"rad/s on, critical are {critical:g} (ours: to {TIMED:.0%})",
-            abs(own / critical - 1.0) <= TIMED, "a little beyond it is sooner, as in the grid of "
-            "4.4",
+            abs(own / critical - 1.0) <= TIMED,
+            "a start slightly above it is faster, as in the grid of 4.4",
         ),
         Claim(
             "section 4.5", "the start time depends on M and k only: so does the best one",
@@ -102,7 +103,7 @@ def force_claims(made: Ratios) -> list[Claim]:
     """That the force decides how far the balls go, and that it grows with R in the hold, too."""
     runs = made.runs
     return [
-        farther_claim("4.27", "because the force is small they go to about -100 deg only",
+        farther_claim("4.27", "because the force is small, the balls go only to about -100 deg",
                       runs["4.27"], ("4.25", runs["4.25"]), more=False),
         farther_claim("4.28", "by the larger force the balance effect is there",
                       runs["4.28"], ("4.27", runs["4.27"])),

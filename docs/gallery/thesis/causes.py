@@ -41,12 +41,13 @@ def parted_claim(figure: str, run: StartUp) -> Claim:
     start = run.parameters.starts
     apart = [f"{abs(np.diff(angles)[0]):.0f}" for angles in (start, run.angles, even)]
     why = (
-        "with equal forces one ball would be there too: the balls start at different places" if one
-        else f"the forces part the balls, from {apart[0]} to {apart[1]} deg ({apart[2]} with the "
-        "mean), but take neither there"
+        "with equal forces one ball would also be there, because the balls start at different "
+        "places" if one
+        else f"the forces separate the balls, from {apart[0]} to {apart[1]} deg ({apart[2]} with "
+        "the mean), but bring neither there"
     )  # fmt: skip
     return Claim(
-        f"{figure} (b), (c)", "as a result of the different forces one ball is there, one not",
+        f"{figure} (b), (c)", "because the forces differ, one ball is there and one is not",
         f"{degrees(run.angles)}; {BOTH_MEAN} {degrees(even)} (ours: so with their own forces "
         "alone)", one and not one_then, why,
     )  # fmt: skip
@@ -67,10 +68,10 @@ def remains_claim(runs: Sequence[StartUp]) -> Claim:
     """That unbalance is left because not both balls are opposite (4.2, 4.4, 4.6)."""
     there, left = abs(1.0 - THESIS.carried), [run.residual for run in runs]
     return Claim(
-        "4.2, 4.4, 4.6", "it remains because not both balls are opposite",
+        "4.2, 4.4, 4.6", "unbalance remains because not both balls are opposite",
         f"{', '.join(f'{x:.2f}' for x in left)} of the disc's unbalance, {there:.2f} if both were "
         f"(ours: {BALANCED:g} at most then)", there <= BALANCED,
-        f"2 m R is {THESIS.carried:.2f} M0 e: both there would leave as much",
+        f"2 m R is {THESIS.carried:.2f} M0 e: with both there, as much would remain",
     )  # fmt: skip
 
 

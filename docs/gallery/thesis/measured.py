@@ -121,14 +121,14 @@ def _period_claims(
               f"{len(easing.each)} starts: {_words(more, interval)} (ours: within {ABOUT:.0%})",
               same,
               f"{UNDECIDED}: the interval reaches beyond {ABOUT:.0%}" if same is None else ""),
-        Claim("6.3, 6.4", "... and moves the balls to -180 deg",
+        Claim("6.3, 6.4", "the period moves the balls to -180 deg",
               f"{moved:.2f} g cm towards it, of {UNBALANCE:g} needed (ours: {ENOUGH:.0%})",
               moved >= ENOUGH * UNBALANCE, "no more than the hold does: see 6.4 (a)"),
         Claim("6.4 (a)", "after 2500 rpm the balls are near -180 deg, after 2000, 3000 rpm not",
               ", ".join(f"{x:.2f}" for x in carried) + f" g cm towards it, of {UNBALANCE:g} needed "
               f"and {TOUCHING:.2f} of a row that touches (ours: {ENOUGH:.0%} of what is needed, "
               "and of the others less)", carried[0] >= ENOUGH * UNBALANCE > max(carried[1:]),
-              "they lie alike after each"),
+              "they lie in the same places after each"),
         *_as_figure_claims(bars),
     ]  # fmt: skip
 
@@ -206,7 +206,7 @@ def _not_there_claim(bars: dict[str, Bar]) -> Claim:
         "2500, 2000, 3000 rpm: " + ", ".join(f"{x:.2f}" for x in lies) + " g cm towards it, "
         + ", ".join(f"{x:+.3f}" for x in left) + " of the disc's unbalance (ours: near after 2500 "
         "rpm alone, and least left there)", near and left[0] < min(left[1:]),
-        "they lie alike after each; where they spread along the race decides",
+        "they lie in the same places after each; their distribution along the race decides",
     )  # fmt: skip
 
 
@@ -286,14 +286,14 @@ def _eccentric_claims(eccentric: Eccentric) -> list[Claim]:
                for kind, group in (("without a period", plain), ("with it", held))}  # fmt: skip
     limit = (ECCENTRIC[2] - BALLS) / ECCENTRIC[2] * free[2]
     return [
-        Claim("6.6", "from 0.1 to 0.25 g cm not much changes, without balls either",
+        Claim("6.6", "from 0.1 to 0.25 g cm not much changes, also without balls",
               f"without balls {free[0]:.2f} to {free[1]:.2f} um (ours: by {LITTLE:.0%})",
               free[1] <= (1.0 + LITTLE) * free[0],
               "a linear suspension whirls in proportion to the unbalance"),
-        Claim("6.6", "... with balls and no period",
+        Claim("6.6", "from 0.1 to 0.25 g cm not much changes: with balls and no period",
               f"{plain[0].words()} to {plain[1].words()} (ours: by {LITTLE:.0%})",
               abs(plain[1].mean / plain[0].mean - 1.0) <= LITTLE),
-        Claim("6.6", "... with balls and the period",
+        Claim("6.6", "from 0.1 to 0.25 g cm not much changes: with balls and the period",
               f"{held[0].words()} to {held[1].words()} (ours: by {LITTLE:.0%})",
               abs(held[1].mean / held[0].mean - 1.0) <= LITTLE),
         Claim("6.6", "the balls' position is the same for every unbalance, as in chapter 5",

@@ -26,7 +26,7 @@ def optimum_claim(figure: str, law: str, p: Parameters) -> Claim:
     last = runs[TRIED.index(BEST)]
     found = f"{best:g} s is, times {factor:.3f}" if known else "none gets there"
     return Claim(
-        figure, f"the end time of section 4.4, a hold of {BEST:g} s, as {law}: best again",
+        figure, f"the end time of section 4.4, a hold of {BEST:g} s, scaled as {law}: best again",
         f"at -180 deg {reached} with {', '.join(f'{d:g}' for d in TRIED)} s, each "
         f"times {factor:.3f}; {degrees(last.angles)} at last with {BEST:g} s (ours: soonest)",
         best == BEST, f"{found}; with {BEST:g} s they first turn back at {turns(last):.0f} deg",

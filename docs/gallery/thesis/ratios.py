@@ -103,7 +103,9 @@ def _mass_claims(made: Ratios) -> list[Claim]:
             degrees(made.runs["4.27"].angles),
             not opposite(made.runs["4.27"].angles).any(),
         ),
-        _not_by_time("4.27", "m must be increased: not by the end time alone", CASES["4.27"][0]),
+        _not_by_time(
+            "4.27", "m must be increased: the end time alone does not do it", CASES["4.27"][0]
+        ),
         _driven("4.28", "4.27", "m = 2 g increases the driving force", made),
         _effect("4.28", "with m = 2 g the balance effect is there", made),
         _cancels("4.28", made),
@@ -113,7 +115,7 @@ def _mass_claims(made: Ratios) -> list[Claim]:
 
 
 def _spring_claims(made: Ratios) -> list[Claim]:
-    damping = "with c scaled by sqrt 2 as well the printed values come out: see the next table"
+    damping = "with c also scaled by sqrt 2, the printed values result: see the next table"
     rows = [
         bound(f"{figure} ({part})", what.removesuffix(OR_MORE), printed, ours, less=False)
         if what.endswith(OR_MORE) else
@@ -271,7 +273,7 @@ def _ball_claims(made: Ratios) -> list[Claim]:
         angle("4.40 (c)", "end position", -600.0, made.end("4.40")),
         farther_claim("4.40", "as a result of the force they go there", runs["4.40"],
                       ("4.24", runs["4.24"])),
-        _not_by_time("4.40", "m = 2 g: difficult by the end time alone", heavy),
+        _not_by_time("4.40", "m = 2 g: difficult with the end time alone", heavy),
         _nor_farther("4.40", heavy),
         _effect("4.41", "with c_b = 4 the same effect at the same times", made),
         _friction(made),
@@ -280,8 +282,9 @@ def _ball_claims(made: Ratios) -> list[Claim]:
         Claim("4.44", "the viscous drag hinders: the effect is insufficient",
               f"{degrees(runs['4.44'].angles)}, in 4.24 {degrees(runs['4.24'].angles)}",
               made.end("4.44") > made.end("4.24") and not opposite(runs["4.44"].angles).any()),
-        _not_by_time("4.44", "c_b = 2: difficult by the end time alone", THESIS._replace(c_b=2.0)),
-        _effect("4.45", "m about 1.3 times gives the same effect", made, "4.45, m = 1.3 g"),
+        _not_by_time("4.44", "c_b = 2: difficult with the end time alone",
+                     THESIS._replace(c_b=2.0)),
+        _effect("4.45", "about 1.3 times m has the same effect", made, "4.45, m = 1.3 g"),
         own("4.45", "does m = 2 g of the caption?", degrees(runs["4.45, m = 2 g"].angles),
             "it does" if opposite(runs["4.45, m = 2 g"].angles).all() else "it does not"),
     ]  # fmt: skip

@@ -143,7 +143,7 @@ def _immediately(found: Beside) -> Claim:
         + f" g cm towards it {LATER:g} s after the period, of {UNBALANCE:g} needed, mean of "
         f"{MOVING} starts (ours: {ENOUGH:.0%} of it, and of the others less)",
         held >= ENOUGH * UNBALANCE > max(others),
-        "they are farther than after those, but not there" if held > max(others) else "",
+        "they go farther than after those, but do not get there" if held > max(others) else "",
     )  # fmt: skip
 
 

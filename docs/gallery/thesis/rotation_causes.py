@@ -29,7 +29,7 @@ def promoted_claims() -> list[Claim]:
     """
     claims = []
     for figure, printed, m, c_b, sign in (
-        ("5.7, summary of 5.2", "as a result of the promotion the balls settle sooner", 1e-3, 1.0,
+        ("5.7, summary of 5.2", "because of the promotion the balls settle sooner", 1e-3, 1.0,
          -1.0),
         ("5.8", "as a result of the promotion, too much of it, they settle later", 2e-3, 1.0, 1.0),
     ):  # fmt: skip

@@ -79,10 +79,10 @@ def without_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> 
         Claim("5.1 (c)", "after sufficient time the balls do not exceed -180 deg",
               f"{degrees(one.angles)}; {last[1]:.0f} deg after 15 s, held at 200 rad/s",
               bool((one.angles > -180.0).all()) and last[1] > -180.0),
-        angle("5.1 (c)", "up to (section 5.2)", -150.0, float(one.angles.mean())),
+        angle("5.1 (c)", "reached (section 5.2)", -150.0, float(one.angles.mean())),
         Claim("5.2 (c)", "greatly beyond -180 deg", f"by {-180.0 - heavy.angles.mean():.0f} deg "
               f"(ours: {FAR:g} deg)", bool((heavy.angles < -180.0 - FAR).all())),
-        angle("5.2 (c)", "settles near, the next balanced position", -540.0,
+        angle("5.2 (c)", "settles near the next balanced position", -540.0,
               float(heavy.angles.mean()),
               crept),
         angle("5.2 (c)", "settles (section 5.2)", -600.0, float(heavy.angles.mean())),

@@ -69,7 +69,7 @@ def steadier_claims(ends: Ends) -> list[Claim]:
         Claim("5.12", "the end position changes less than without the hold",
               "less for " + (", ".join(f"{1e3 * m:g} g" for m in narrower) or "none")
               + f"; without: {_spread_words(ends, 0)}", len(narrower) == len(MASSES)),
-        Claim("5.12", "settling is more stable than without the hold: the time, m = 1 g",
+        Claim("5.12", "settling time is more stable than without the hold, m = 1 g",
               f"spreads by {held:.2f} s, without the hold by {plain:.2f} s (ours: {HALF_SECOND:g} "
               "s less)", held <= plain - HALF_SECOND,
               "the difference is too small to read"),

@@ -31,7 +31,7 @@ def moved_claims(figure: str, period: Period | None) -> list[Claim]:
             f"integral the rest (ours: {HALF:.0%})", share >= HALF,
         ),
         Claim(
-            figure, "the larger m the farther: the balls become easy to move",
+            figure, "the larger m, the farther they go: the balls become easy to move",
             f"2 g: {ways[2]:.0f} in place of {ways[0]:.0f} deg, by {pushes[2] / pushes[0]:.2f} "
             f"times the force's integral; for the same integral {easier:.2f} times as far (ours: "
             f"{ABOUT:.0%} farther)", easier >= 1.0 + ABOUT,

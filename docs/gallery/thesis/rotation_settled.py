@@ -156,7 +156,8 @@ def place_claims() -> list[Claim]:
             None not in settled,
         ),
         Claim(
-            "5.10", "m = 1.5 g, unlike 1 g: an unbalanced position, by what is left",
+            "5.10",
+            "m = 1.5 g, unlike 1 g: an unbalanced position, judged by the remaining unbalance",
             f"{degrees(other.angles)}, {other.residual:.2f} of the disc's unbalance left; 1 g "
             f"{one.residual:.2f} (ours: more than {BALANCED:g}, and 1 g {BALANCED:g} at most)",
             bool(other.residual > BALANCED >= one.residual), "1 g is not balanced, either",

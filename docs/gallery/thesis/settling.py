@@ -141,7 +141,7 @@ def ready_claim(grid: dict[float, list[list[Judged]]], none: Judged) -> Claim:
     ready = {name: _or_never(one.end.in_band) for name, one in best.items()}
     final = [one.end.final_whirl for one in best.values()]
     return Claim(
-        "section 4.4", "the aim: initial learning is shorter with the period that is soonest",
+        "section 4.4", "the aim: the period that settles first shortens initial learning",
         "W in its final band from "
         + ", ".join(f"{time:.2f} s ({name})" for name, time in ready.items())
         + f" with the periods that are soonest at -180 deg, from {none.end.in_band:.2f} s "
@@ -150,7 +150,7 @@ def ready_claim(grid: dict[float, list[list[Judged]]], none: Judged) -> Claim:
         + f" (ours: in band sooner than without one, or W/e less by {SAME:.0%})",
         max(ready.values()) < none.end.in_band
         or max(final) < (1.0 - SAME) * none.end.final_whirl,
-        "they end in one state, and ring down later",
+        "all end in the same state, and ring down later",
     )  # fmt: skip
 
 
@@ -165,7 +165,7 @@ def positioned_claim() -> Claim:
         + " for e = 50, 100, 300 um, which leaves "
         + ", ".join(f"{x:.2f}" for x in left)
         + f" of the disc's unbalance (ours: {BALANCED:g} at most)", max(left) <= BALANCED,
-        "balls that start at one place end at one; sections 5.1 and 6.2 say the opposite, "
+        "balls that start at one place end at one place; sections 5.1 and 6.2 say the opposite, "
         "too: the same place whatever the unbalance",
     )  # fmt: skip
 
@@ -205,7 +205,7 @@ def _soonest(
     tried = ", ".join(f"{d:g}" for d in durations)
     return Claim(
         "section 4.4" if len(durations) == 3 else "4.23",
-        f"{NAMES[acceleration]}: {best:g} s is soonest of {tried} s", f"{found:g} s is",
+        f"{NAMES[acceleration]}: {best:g} s settles first of {tried} s", f"{found:g} s is",
         found == best, why,
     )  # fmt: skip
 

@@ -119,10 +119,11 @@ def _first_claims(runs: dict[str, StartUp]) -> list[Claim]:
             bool(np.all(np.diff(rise) > 0.0)),
         ),
         value("4.7 (a)", "peak W/e", 62.0, peak),
-        value("4.7 (a)", "when, right after the period", 3.3, when, " s", TIMED),
-        value("4.7 (a)", "more than in 4.1", 7.0, peak - without.peak[0]),
+        value("4.7 (a)", "time of the peak, right after the period", 3.3, when, " s", TIMED),
+        value("4.7 (a)", "increase of the peak from 4.1", 7.0, peak - without.peak[0]),
         value("4.7 (b)", "largest driving force", 0.07, hold.forward_peak[0], " N"),
-        value("4.7 (b)", "when, as the whirl", 3.3, hold.forward_peak[1], " s", TIMED),
+        value("4.7 (b)", "time of the largest force, as of the whirl", 3.3,
+              hold.forward_peak[1], " s", TIMED),
         both_claim("4.7 (c), 4.8", hold),
         Claim(
             "4.7", "whirl and force, larger than in 4.1, take the balls there",
@@ -181,7 +182,8 @@ def _other_claims(runs: dict[str, StartUp]) -> list[Claim]:
             and all(abs(at - 3.3) <= TIMED * 3.3 for at in (other.peak[1], when)),
         ),
         value("4.11 (b)", "largest driving force", 0.08, other.forward_peak[0], " N"),
-        value("4.11 (b)", "when, as the whirl", 3.3, other.forward_peak[1], " s", TIMED),
+        value("4.11 (b)", "time of the largest force, as of the whirl", 3.3,
+              other.forward_peak[1], " s", TIMED),
         Claim(
             "4.11 (b)", "a bit larger than in 4.7 (b) and 4.9 (b)",
             f"{other.forward_peak[0]:.4f}, {hold.forward_peak[0]:.4f}, "
@@ -231,7 +233,7 @@ def _as_first(other: StartUp, hold: StartUp) -> Claim:
     (size, when), (size_7, when_7) = other.forward_peak, hold.forward_peak
     apart = float(np.sqrt(np.mean((other.forces - hold.forces) ** 2)) / size_7)
     return Claim(
-        "4.11 (b)", "the force almost as in 4.7 (b), too, if that is meant",
+        "4.11 (b)", "the force is also almost as in 4.7 (b), if that is meant",
         f"{size:.4f} N at {when:.2f} s, in 4.7 {size_7:.4f} N at {when_7:.2f} s; courses "
         f"{apart:.1%} of the peak apart {ALIKE}",
         bool(abs(size / size_7 - 1) < ABOUT and abs(when - when_7) < SAME_TIME and apart < ABOUT),

@@ -89,8 +89,8 @@ def _first_claims(first: StartUp) -> list[Claim]:
     share = float(size[large].mean() / size[~large].mean())
     return [
         value("4.1 (a)", "peak W/e", 55.0, peak),
-        value("4.1 (a)", "... immediately after the critical speed at 2.5 s", RIGHT_AFTER, when,
-              " s", TIMED),
+        value("4.1 (a)", "time of the peak, immediately after the critical speed at 2.5 s",
+              RIGHT_AFTER, when, " s", TIMED),
         value("4.1 (b)", "largest driving force", 0.06, first.forward_peak[0], " N"),
         Claim(
             "4.1 (a)", "W/e rises with the speed, and falls again after its peak",
@@ -98,8 +98,12 @@ def _first_claims(first: StartUp) -> list[Claim]:
             "(ours: a fifth of the peak at most)",
             bool(at_time(first.whirl, first, 2.0) < 0.2 * peak > first.final_whirl),
         ),
-        value("4.1 (b)", "largest force, immediately after the critical speed, too (the time is "
-              "that of W/e)", RIGHT_AFTER, first.forward_peak[1], " s", TIMED),
+        value(
+            "4.1 (b)",
+            "time of the largest force, also immediately after the critical speed (printed for "
+            "W/e)",
+            RIGHT_AFTER, first.forward_peak[1], " s", TIMED,
+        ),  # fmt: skip
         Claim(
             "4.1 (b)", "the force grows gradually with the speed",
             ", ".join(f"{force:.1g}" for force in rise) + " N at 1.5, 2, 2.3, 2.5, 2.8 s",
@@ -173,15 +177,17 @@ def starts_claims(runs: list[tuple[StartUp, StartUp]]) -> list[Claim]:
     near = [[int(opposite(-(-one.angles % 360.0)).sum()) for one in pair] for pair in runs]
     one = sum(without == 1 for without, _ in near)
     both = sum(held == 2 for _, held in near)
-    why = "where the balls start decides"
+    why = "the start of the balls decides"
     most = f"of {len(runs)} starts (ours: more than half of them)"
     return [
         Claim(
-            "table 4.1", "two starts are representative: without a period one ball opposite",
+            "table 4.1", "two starts are representative: without a period one ball is opposite",
             f"{one} {most}", 2 * one > len(runs), why,
         ),
         Claim(
-            "table 4.1", "... with the hold both balls opposite (section 4.2)", f"{both} {most}",
+            "table 4.1",
+            "two starts are representative: with the hold both balls are opposite (section 4.2)",
+            f"{both} {most}",
             2 * both > len(runs), why,
         ),
     ]  # fmt: skip
