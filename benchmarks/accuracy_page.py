@@ -89,9 +89,7 @@ The AVX2 columns limit all code to AVX2 vectors.
 
 {peers_table}
 
-Eight runs at once [simulated seconds per CPU second]:
-
-{peers_batch_verdict}
+Eight runs at once, in simulated seconds per CPU second. {peers_batch_verdict}
 
 {peers_batch_table}
 
@@ -115,7 +113,7 @@ scene written by hand in C ([thesis.c](../benchmarks/c_kernel/thesis.c)):
 
 {step_table}
 
-The first step of a new process, which generates the machine code, comes after: {start}.
+Time to the first step of a new process, which generates the machine code: {start}.
 
 Measured by `python benchmarks/step_cost.py` ([step-cost.json](step-cost.json)); {step_conditions}.
 
@@ -129,7 +127,7 @@ includes checking each scene and storing its trajectory:
 
 {batch_table}
 
-{batch_verdict} Arithmetic limits the loop.
+{batch_verdict} The kernel is limited by arithmetic.
 
 Measured by `python benchmarks/batch_throughput.py`
 ([batch-throughput.json](batch-throughput.json)); {batch_conditions}.
@@ -178,10 +176,10 @@ def cheapest(report: dict[str, Any]) -> str:
         fit = [row for row in ours if row["errors"]["angle"]["value"] <= limit]
         row = min(fit, key=lambda row: row["cpu"]["median"])
         texts.append(
-            f"below {limit:g} rad {row['method']} with {1e3 * row['step']:g} ms "
+            f"below {limit:g} rad: {row['method']} with {1e3 * row['step']:g} ms "
             f"({1e3 * row['cpu']['median']:.3g} CPU ms per simulated second)"
         )
-    return f"Cheapest: {', '.join(texts)}."
+    return f"Cheapest {'; '.join(texts)}."
 
 
 def step_part(report: dict[str, Any]) -> dict[str, Any]:
@@ -217,13 +215,13 @@ def batch_part(report: dict[str, Any]) -> dict[str, Any]:
             f"{1e3 * row['step']:g} ms", f"{row['error']['angle']:.1e}",
             *(f"{value:,.0f}" for value in each),
         ])  # fmt: skip
-    for key, what in (("kernel", "in the kernel"), ("whole_call", "for the whole call")):
+    for key, what in (("kernel", "kernel"), ("whole_call", "whole call")):
         fit = [row for row in report["rows"] if row["error"]["angle"] <= goal["error"]]
         if not fit:
             verdicts.append(f"no setting measured gives {goal['error']:g} rad over the run")
             break
         reached = max(row[key]["median"] for row in fit)
-        verdicts.append(f"at {goal['error']:g} rad, {reached:,.0f} {what}")
+        verdicts.append(f"at {goal['error']:g} rad the {what} reaches {reached:,.0f}")
     head = ["step", "angle error over the run [rad]", "one by one", "kernel", "whole call"]
     return {
         "batch_table": table(head, rows),

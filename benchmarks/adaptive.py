@@ -60,11 +60,11 @@ MAIN = Variation("as drawn")
 VARIATIONS = (
     Variation("acceleration instead of displacement", quantity="acceleration"),
     Variation("two axes", axes=2),
-    Variation("noise not told", told=False),
-    Variation("scale x 3: a sensor whose gain is 3", gain=3.0),
-    Variation("scale / 3: a sensor whose gain is 1/3", gain=1.0 / 3.0),
-    Variation("noise 3 %, told 1 %", noise=0.03),
-    Variation("weak motor: 60 rad/s^2, told 200", weak=True),
+    Variation("noise density unknown to the controller", told=False),
+    Variation("sensor with gain 3 (scale x 3)", gain=3.0),
+    Variation("sensor with gain 1/3 (scale / 3)", gain=1.0 / 3.0),
+    Variation("noise 3 %, controller assumes 1 %", noise=0.03),
+    Variation("weak motor: 60 rad/s^2, controller assumes 200", weak=True),
     Variation("stiffness x 0.5", stiffness=0.5),
     Variation("stiffness x 1.6", stiffness=1.6),
 )

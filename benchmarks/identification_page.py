@@ -69,8 +69,8 @@ def _main(report: dict[str, Any]) -> list[str]:
             _errors(report),
         ),
         "## Intervals",
-        "Share of the 95 % intervals that contain the true value; goal 0.93 to 0.97. These fits "
-        "start from the true values.",
+        "Share of the 95 % intervals that contain the true value; the goal is 0.93 to 0.97. These "
+        "fits start from the true values.",
         table(
             ["drives", "fits", "values", "inside", "lowest for a parameter"],
             [
@@ -115,7 +115,8 @@ def _searches(ringing: list[dict[str, Any]], far: list[dict[str, Any]]) -> list[
         "35 % off": ringing,
         "with and without balls; start values 20 to 60 % off":
             [each for each in far if each["zero_known"]],
-        "the same, zero of the encoder unknown": [each for each in far if not each["zero_known"]],
+        "the same, with unknown zero of the encoder":
+            [each for each in far if not each["zero_known"]],
     }  # fmt: skip
     rows = []
     for name, cases in kinds.items():

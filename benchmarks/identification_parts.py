@@ -4,20 +4,23 @@ from typing import Any
 
 from page_parts import table
 
+GAINS = {"gain of bare": "gain without balls", "gain of with": "gain with balls"}
+"""Names of the gains of the two recordings on the page."""
+
 
 def knowledge(report: dict[str, Any]) -> list[str]:
     """Return the part on identification_knowledge.py."""
     unknown: dict[str, list[str]] = {}
     for each in report["cases"]:
-        unknown.setdefault(_unknown(each["unknown"]), []).append(_plain(each["case"]))
+        unknown.setdefault(_unknown(each["unknown"]), []).append(each["case"])
     known = unknown.pop("-", [])
     rows = [["; ".join(cases), values] for values, cases in unknown.items()]
     drives = [drive for each in report["cases"] for drive in each["drives"]]
     right = sum(each["right"] for each in report["cases"])
     return [
         "## Parameters that recordings do not determine",
-        "Some recordings do not determine all fitted parameters. Parameters joined by *with* can "
-        "change together without changing the recordings.",
+        "Some recordings do not determine all fitted parameters. Parameters joined by + can change "
+        "together without changing the recordings.",
         table(["recorded", "not determined"], rows),
         f"These recordings determine all fitted parameters: {'; '.join(known)}.",
         f"`identify` named the same values as theory for {right} of {len(drives)} random drives "
@@ -45,13 +48,6 @@ def faults(report: dict[str, Any]) -> list[str]:
     ]
 
 
-def _plain(case: str) -> str:
-    """Return the name of a case for the page."""
-    case = case.replace("the same, ", "with and without balls, ")
-    case = case.replace("numbers asked for", "parameters fitted").replace("asked for", "fitted")
-    return case.replace("not known", "unknown")
-
-
 def _told(case: dict[str, Any]) -> str:
     """Return the report's text on the fault, up to its advice."""
     says = [text.partition(": ")[2] if ": " in text else text for text in case["says"]]
@@ -66,11 +62,13 @@ def _told(case: dict[str, Any]) -> str:
 
 
 def _short(key: str) -> str:
-    """The end of a key that is enough to tell it."""
+    """Return the end of a key that is enough to tell it; the name of a gain."""
+    if key in GAINS:
+        return GAINS[key]
     return ".".join(key.split(".")[-2:]) if key.startswith("effects.") else key
 
 
 def _unknown(directions: list[list[str]]) -> str:
     if not directions:
         return "-"
-    return "; ".join(" with ".join(_short(name) for name in each) for each in directions)
+    return "; ".join(" + ".join(_short(name) for name in each) for each in directions)
