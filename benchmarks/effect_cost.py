@@ -39,8 +39,8 @@ def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
         "Median CPU time of `Drive.advance` per step, with the scene's stepper and step, over at",
         "most 10,000 steps: without effects, with each effect alone, and with the scene's set. An",
         "effect that requires another one is measured together with it (`+`). The variants are",
-        "timed alternately. Each event (reversal, impact) costs as much as 3 to 5 more steps. Balls",
-        "whose start angle is 0 in the scene start at 2.5 rad.",
+        "timed alternately. Each event (reversal, impact) costs as much as 3 to 5 more steps.",
+        "Balls whose start angle is 0 in the scene start at 2.5 rad.",
         "",
     ]
     for cost in costs:
