@@ -141,7 +141,7 @@ def ready_claim(grid: dict[float, list[list[Judged]]], none: Judged) -> Claim:
     ready = {name: _or_never(one.end.in_band) for name, one in best.items()}
     final = [one.end.final_whirl for one in best.values()]
     return Claim(
-        "section 4.4", "the aim: the period that settles first shortens initial learning",
+        "section 4.4", "the aim: initial learning is shorter with the period that settles first",
         "W in its final band from "
         + ", ".join(f"{time:.2f} s ({name})" for name, time in ready.items())
         + f" with the periods that are soonest at -180 deg, from {none.end.in_band:.2f} s "
