@@ -122,12 +122,12 @@ class Drive:
 
     @property
     def time(self) -> float:
-        """Return the simulated time [s]: number of steps times the step."""
+        """Return the simulated time [s], the number of steps times the step."""
         return self.steps * self.step
 
     @property
     def events(self) -> int:
-        """Return the number of events: reversals, sticking, release, impacts, motor limits."""
+        """Return the number of events (reversals, sticking, release, impacts, motor limits)."""
         return int(self._work.counts[0])
 
     @property

@@ -97,7 +97,7 @@ class Scene(Section):
 
     @property
     def pickups(self) -> dict[str, Sampled]:
-        """Return all sensors in the order of their channels: accelerometers, then probes."""
+        """Return all sensors in the order of their channels, accelerometers before probes."""
         return {**self.sensors, **self.probes}
 
     @property
@@ -150,7 +150,7 @@ class Scene(Section):
 
     @property
     def planned(self) -> "Scene":
-        """Return the scene with a profile that is known in advance: see ``profiles.planned``."""
+        """Return the scene with a profile that is known in advance (see ``profiles.planned``)."""
         return self.model_copy(update={"profile": planned(self.profile)})
 
     def __repr__(self) -> str:

@@ -21,6 +21,7 @@ GUIDES = {
 }
 """Texts outside of docs, and the pages that include them."""
 _GUIDE = re.compile(r"^<!-- guide -->\n.*?^<!-- to here -->$", re.DOTALL | re.MULTILINE)
+_PLAIN = re.compile(r"(?<![\w(\[/`])docs/([\w/-]+\.md)")
 _LINK = re.compile(r"\[([^]]*)\]\((?![a-z]+:|#)([^)#\s]+)((?:#[^)\s]*)?)\)")
 
 
@@ -41,9 +42,15 @@ def relinked(text: str, old: Path, new: Path) -> str:
 
 
 def include(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Put the text of a page's guide, without its title, into the page; change the page's links."""
+    """Put the text of a page's guide, without its title, into the page; change the page's links.
+
+    Names of pages, such as docs/topics.md, become links.
+    """
     page = Path(app.env.doc2path(docname)).absolute()
-    text = relinked(source[0], page, page)
+    if page.suffix != ".md":
+        return
+    up = os.path.relpath(app.srcdir, page.parent)
+    text = relinked(_PLAIN.sub(rf"[docs/\1]({up}/\1)", source[0]), page, page)
     guide = {ROOT / place: ROOT / name for name, place in GUIDES.items()}.get(page)
     if guide:
         _, _, body = guide.read_text(encoding="utf-8").partition("\n")
