@@ -209,7 +209,7 @@ def chunks(bag: Path) -> int:
 def test_a_type_that_nobody_knows_is_named(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "bag") as bag, pytest.raises(RecordingError) as refused:
         bag.topic("/a", "foo_msgs/msg/Bar", None)
-    assert str(refused.value) == "/a: cannot be written: foo_msgs/msg/Bar is not known"
+    assert str(refused.value) == "/a: cannot be written: unknown type foo_msgs/msg/Bar"
 
 
 def test_what_a_killed_repair_has_left_is_removed(killed: Path) -> None:
