@@ -54,7 +54,7 @@ class _Limited(yaml.SafeLoader):
         if alias is None:
             self._sizes[node] = self._values - before
         elif node not in self._sizes:
-            raise yaml.YAMLError(f"*{alias} stands for what it is in{_at(event)}")
+            raise yaml.YAMLError(f"*{alias} refers to a node that contains it{_at(event)}")
         else:
             self._values = before + self._sizes[node]
         if self._values > MOST_VALUES:

@@ -24,7 +24,7 @@ def fields_of(message: bytes) -> dict[int, list[Any]]:
             value |= (byte & 0x7F) << shift
             if byte < 0x80:
                 return value
-        raise ValueError("no protobuf message")
+        raise ValueError("not a protobuf message")
 
     while at < len(message):
         key = varint()
@@ -34,7 +34,7 @@ def fields_of(message: bytes) -> dict[int, list[Any]]:
         else:
             size = varint() if kind == 2 else _SIZES.get(kind, len(message))
             if at + size > len(message):
-                raise ValueError("no protobuf message")
+                raise ValueError("not a protobuf message")
             value, at = message[at : at + size], at + size
         fields.setdefault(key >> 3, []).append(value)
     return fields

@@ -51,7 +51,8 @@ people = PlainConsole(aside=True)
 
 
 Output = tuple[Path | None, Sequence[str], str]
-"""A file to write, its allowed endings, and its option; a folder has no ending."""
+"""Path of a file or folder to write, its allowed endings (none for a folder), and the command-line
+option that gives it."""
 
 
 def check_files(*outputs: Output) -> None:

@@ -214,7 +214,7 @@ class ExchangedPoints:
         return self._drawn.drawn(lambda factor: 2 * pair + (factor == exchanged))
 
     def report(self) -> dict[str, Any]:
-        """Return the defining values without the count, see ``Points``."""
+        """Return the values that define the points, without their number; see ``Points``."""
         return {**self._drawn.report(), "exchanged": list(self._drawn.factors)}
 
 

@@ -29,7 +29,7 @@ class Points(Protocol):
         """Return the values of a run, in the order of the keys."""
 
     def report(self) -> dict[str, Any]:
-        """Return the defining values, JSON-able; they are equal for equal points only."""
+        """Return the values that define the points, JSON-able; equal for equal points only."""
 
 
 @dataclass(frozen=True)

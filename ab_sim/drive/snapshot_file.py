@@ -79,7 +79,7 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
         )
     run = content.get("run")
     if not isinstance(run, str) or _digest(run) != content.get("digest"):
-        raise InputError(f"snapshot {path}: is damaged: its digest does not fit")
+        raise InputError(f"snapshot {path}: is damaged: its digest does not match its content")
     try:
         kept = json.loads(run)
         snapshot = _from_values(entry(kept, "drive", dict))
@@ -163,7 +163,7 @@ def _segments(pieces: Any) -> list[ScheduledSegment]:
     starts = [segment.start for segment in segments]
     ends = [segment.end for segment in segments]
     if starts[1:] != ends[:-1] or sorted(starts) != starts or ends[-1] != math.inf:
-        raise ValueError("not one segment after the other")
+        raise ValueError("its profile segments do not follow one another")
     return segments
 
 

@@ -40,8 +40,8 @@ def write_content(path: Path, content: Mapping[str, Any]) -> None:
             read_content(path, content["format"], "another one")
         except InputError as error:
             raise InputError(
-                f"snapshot {path}: the existing file is no {content['format']}; name another file, "
-                "or remove it"
+                f"snapshot {path}: the existing file is not an {content['format']}; name "
+                "another file, or remove it"
             ) from error
     try:
         write_whole(path, json.dumps(content, indent=1).encode())

@@ -142,14 +142,14 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
     if turns < FEWEST_TURNS:
         raise InputError(
             f"{name}: {what}: the spindle makes {turns:.2g} turns; must be at least "
-            f"{FEWEST_TURNS:g}: record for longer, or see whether the unit is right"
+            f"{FEWEST_TURNS:g}: record for longer, or check the unit"
         )
     between = float(np.median(np.diff(time)))
     if 2.0 * math.pi / (top * between) < PER_TURN:
         raise InputError(
             f"{name}: {what}: at {top:.4g} rad/s there are "
             f"{2.0 * math.pi / (top * between):.2g} samples in a turn; must be at least "
-            f"{PER_TURN:g}: sample faster, or see whether the units of time and speed are right"
+            f"{PER_TURN:g}: sample faster, or check the units of time and speed"
         )
 
 
@@ -185,8 +185,8 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
         )
     if abs(ratio - 1.0) > TURNS_OFF:
         raise InputError(
-            f"{name}: the spindle's angle grows {ratio:.4g} times as much as its speed says; see "
-            "whether the sampling rate, and the units of time, speed and angle, are right"
+            f"{name}: the spindle's angle grows {ratio:.4g} times as much as its speed says; "
+            "check the sampling rate, and the units of time, speed and angle"
         )
 
 
@@ -339,8 +339,8 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
     if with_balls and CIRCULATING < factor < 1.0:
         return Sense(note=f"{message}: balls circulate, or the sampling rate is wrong")
     return Sense(
-        doubt=f"{name}: {message}, and no fit explains that; see whether the sampling rate and the "
-        "unit of the speed (rad/s, rpm, Hz) are right"
+        doubt=f"{name}: {message}, and no fit explains that; check the sampling rate and the "
+        "unit of the speed (rad/s, rpm, Hz)"
     )
 
 

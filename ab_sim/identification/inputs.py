@@ -354,9 +354,9 @@ class _Reader:
         if asked in itertools.chain(*sensors_of(self._table)):
             return None  # a test rig's sensor, whose low-pass is unknown
         raise InputError(
-            f"{self._name}: sensor = {asked!r}: the scene has "
+            f"{self._name}: sensor = {asked!r}: no such sensor; the scene has "
             + (", ".join(self._scene.pickups) or "no sensors")
-            + "; give its parameters: {bandwidth: 200}"
+            + "; name one, or give its parameters, e.g. {bandwidth: 200}"
         )
 
 

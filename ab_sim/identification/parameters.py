@@ -137,7 +137,8 @@ def _entry(key: str, node: Any, part: str, above: str) -> Any:
     if isinstance(node, list):
         if not node:
             raise InputError(
-                f"fit {key}: the scene has no {above}; write them there, or leave it out"
+                f"fit {key}: the scene has no {above}; add {above} to the scene, or do not fit "
+                "this key"
             )
         if not (part.isascii() and part.isdecimal()) or int(part) >= len(node):
             raise InputError(

@@ -265,7 +265,7 @@ def _message(name: str, value: Any) -> Any:
         message = Parameter(name, value=value).to_parameter_msg()
     except Exception as error:
         # rclpy raises a different class for each kind of invalid value.
-        raise InputError(f"{name}={value!r}: is no value that a parameter may have") from error
+        raise InputError(f"{name}={value!r}: is not a possible value of a parameter") from error
     if message.value.type == ParameterType.PARAMETER_NOT_SET:
         raise InputError(f"{name}=: a value is missing; an empty text is {name}=\"''\"")
     return message

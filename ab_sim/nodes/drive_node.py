@@ -136,13 +136,13 @@ class DriveNode(ManagedNode):
             self._apply(values, self.settings.values)  # parameters that were set meanwhile
 
     def activate(self) -> None:
-        """Subscribe to commands and start time."""
+        """Subscribe to commands and let simulated time advance."""
         assert self._session is not None
         with self._turn:
             self._session.activate()
 
     def deactivate(self) -> None:
-        """Stop time."""
+        """Stop simulated time; the drive keeps its state."""
         assert self._session is not None
         with self._turn:
             self._session.deactivate()

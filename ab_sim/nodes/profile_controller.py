@@ -353,7 +353,10 @@ class ProfileController(BaseNode):
         with self._lock:
             try:
                 if asked.changes and not asked.profile:
-                    raise InputError("changes need a profile, and the goal names none")
+                    raise InputError(
+                        "changes: apply to a profile, and the goal names none; name a profile, or "
+                        "send no changes"
+                    )
                 plan = self._plan(*asked) if asked.profile else self._next
             except AbSimError as error:
                 return str(error)

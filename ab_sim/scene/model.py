@@ -294,7 +294,7 @@ def _check_start(scene: Scene) -> None:
     integral, effects = scene.start.motor_integral, scene.effects.values()
     if integral and not any(hasattr(effect, "rotor_moment") for effect in effects):
         raise ValueError(
-            f"start.motor_integral = {exact(integral)} rad: is the motor's, and the scene has "
+            f"start.motor_integral = {exact(integral)} rad: needs a motor, and the scene has "
             "none; remove it, or name the effect motor"
         )
     if start.tilt is not None and abs(math.cos(start.tilt[0])) < 1e-6:
@@ -313,13 +313,13 @@ def _check_accuracy(scene: Scene) -> None:
         return
     if "solver" in scene.model_fields_set:
         raise ValueError(
-            "accuracy: stands instead of solver, whose stepper and step it chooses; remove one of "
-            "the two sections"
+            "accuracy: chooses stepper and step, so the scene must not have a section solver, too; "
+            "remove one of the two sections"
         )
     if scene.accuracy.angle is not None and scene.balls.count == 0:
         raise ValueError(
-            f"accuracy.angle = {scene.accuracy.angle:g} rad: is the balls', and the scene has none "
-            "(balls.count); ask for accuracy.whirl"
+            f"accuracy.angle = {scene.accuracy.angle:g} rad: is for ball angles, and the scene has "
+            "no balls (balls.count); request accuracy.whirl"
         )
 
 
@@ -327,7 +327,7 @@ def _check_sensors(scene: Scene) -> None:
     step = None if scene.accuracy is not None else scene.solver.step
     if both := scene.sensors.keys() & scene.probes.keys():
         raise ValueError(
-            f"probes.{min(both)}: there is a sensor of that name, too; give each its own"
+            f"probes.{min(both)}: a sensor (section sensors) has this name, too; rename one of them"
         )
     for section, pickups in (("sensors", scene.sensors), ("probes", scene.probes)):
         for name, pickup in pickups.items():

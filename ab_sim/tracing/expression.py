@@ -209,7 +209,7 @@ def add(a: Expression, b: Expression) -> Expression:
 
 
 def sub(a: Expression, b: Expression) -> Expression:
-    """Return a difference."""
+    """Return a - b, simplified for constants and signs."""
     if is_constant(a) and is_constant(b):
         return a.graph.constant(a.payload - b.payload)
     if is_constant(b, 0.0):
@@ -242,7 +242,7 @@ def mul(a: Expression, b: Expression) -> Expression:
 
 
 def div(a: Expression, b: Expression) -> Expression:
-    """Return a quotient."""
+    """Return a / b, simplified for constants and signs."""
     if is_constant(a) and is_constant(b) and b.payload:
         return a.graph.constant(a.payload / b.payload)
     if is_constant(b, 1.0):

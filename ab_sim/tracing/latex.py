@@ -105,7 +105,7 @@ class Latex(Notation):
         return text
 
     def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
-        """Return a quotient."""
+        """Return a fraction, with numerator ``above`` and denominator ``below``."""
         return PrintedText(rf"\frac{{{above.text}}}{{{below.text}}}", Holds.ATOM)
 
     def power(self, base: PrintedText, by: int) -> PrintedText:

@@ -48,7 +48,7 @@ class PlainText(Notation):
         return " * ".join([*factors[:apart], " ".join(factors[apart:])])
 
     def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
-        """Return a quotient."""
+        """Return a fraction, with numerator ``above`` and denominator ``below``."""
         top, bottom = self.tight(above, Holds.PRODUCT), self.tight(below, Holds.POWER)
         return PrintedText(f"{top}/{bottom}", Holds.OPEN)
 

@@ -62,7 +62,7 @@ class Notation(ABC):
 
     @abstractmethod
     def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
-        """Return a quotient."""
+        """Return a fraction, with numerator ``above`` and denominator ``below``."""
 
     @abstractmethod
     def power(self, base: PrintedText, by: int) -> PrintedText:

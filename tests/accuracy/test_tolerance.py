@@ -212,8 +212,8 @@ def test_an_accelerometer_gets_steps_that_suit_it() -> None:
         (["accuracy={}"], "give angle [rad] or whirl [e], or both"),
         (["accuracy=1e-9"], "must be a section"),
         (["accuracy.angle=1e-9", "solver.step=0.001"], "remove one of the two"),
-        (["accuracy.angle=1e-9", "solver.stepper=rk4"], "stands instead of solver"),
-        (["balls.count=0", "start.ball_angles=", "accuracy.angle=1e-9"], "ask for accuracy.whirl"),
+        (["accuracy.angle=1e-9", "solver.stepper=rk4"], "must not have a section solver"),
+        (["balls.count=0", "start.ball_angles=", "accuracy.angle=1e-9"], "request accuracy.whirl"),
     ],
 )
 def test_bad_wishes(changes: list[str], words: str) -> None:

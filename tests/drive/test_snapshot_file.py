@@ -68,10 +68,10 @@ def test_another_scene_is_refused_by_name(saved: tuple[Scene, Drive, Path], scen
         ({"ab_sim": "0.0.1"}, "is of ab_sim 0.0.1 with kernel"),
         ({"kernel": "abc"}, "with kernel abc, and this is"),
         ({"format": "picture"}, "no snapshot of ab_sim"),
-        ({"run": "{}"}, "its digest does not fit"),
-        ({"run": 3}, "its digest does not fit"),
+        ({"run": "{}"}, "its digest does not match its content"),
+        ({"run": 3}, "its digest does not match its content"),
         ({"scene": []}, "another scene, which differs in everything"),
-        ({"digest": 3}, "its digest does not fit"),
+        ({"digest": 3}, "its digest does not match its content"),
         (
             {"run": "{}", "digest": sha256(b"{}").hexdigest()},
             "drive: drive: is missing",
@@ -220,7 +220,7 @@ def test_no_other_file_is_overwritten(
     chosen, drive, _ = saved
     other = tmp_path / "settings.json"
     other.write_text(text)
-    with pytest.raises(InputError, match="the existing file is no ab_sim snapshot"):
+    with pytest.raises(InputError, match="the existing file is not an ab_sim snapshot"):
         write_snapshot(other, chosen, drive.snapshot(), {})
     assert other.read_text() == text
 

@@ -112,7 +112,7 @@ MAPS = [
      .replace("angle: {column: encoder, unit: deg}", "balls: false"),
      "follows 0.4.* times the spindle's speed"),
     ("no rate", drives.MAP.replace("time: {column: t, unit: s}", "sampling: 0 Hz"), "more than 0"),
-    ("unknown sensor", drives.MAP + "sensor: pickup\n", "sensor = 'pickup': the scene has no sens"),
+    ("unknown sensor", drives.MAP + "sensor: pickup\n", "sensor = 'pickup': no such sensor; the s"),
     ("sensor's own wrong key", drives.MAP + "sensor: {bandwith: 200}\n",
      "sensor.bandwith = 200: .*did you mean 'bandwidth'"),
     ("what cannot be free", drives.MAP + "free: [phase]\n", "free.0 = 'phase'"),

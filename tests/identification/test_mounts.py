@@ -101,5 +101,5 @@ def test_one_of_three_stiffnesses_is_a_parameter() -> None:
 
 
 def test_a_deck_in_the_plane_has_no_mounts() -> None:
-    with pytest.raises(InputError, match="the scene has no mounts; write them there"):
+    with pytest.raises(InputError, match="the scene has no mounts; add mounts to the scene"):
         fitted_parameters(ab_sim.load_scene("no-ball"), ["mounts.0.stiffness"], {})

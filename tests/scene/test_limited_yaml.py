@@ -31,7 +31,7 @@ BOMB = (
         ("1:30", "1:30 would be a number in base 60; write it with a decimal point"),
         ("-1:30.5", "would be a number in base 60"),
         ("1:1" * 5000, "has a number of more than 100 digits"),
-        ("&a [*a]", "*a stands for what it is in, at line 1, column 5"),
+        ("&a [*a]", "*a refers to a node that contains it, at line 1, column 5"),
         ("!" + "x" * 5000, "could not determine a constructor"),
         ("!!bool foo", "a value is not of its kind ('foo')"),
         ("? [a]", "a value is not of its kind"),

@@ -54,9 +54,10 @@ class Reference(NamedTuple):
 
 
 def smooth_reference(f: RightHandSide) -> Reference:
-    """Return the reference of a scene without events.
+    """Return the reference solution of a scene without events.
 
-    The two solutions are by Gauss collocation and DOP853; for very stiff scenes by Radau and LSODA.
+    It is computed by Gauss collocation and checked by DOP853. For very stiff scenes, the two
+    methods are Radau and LSODA.
 
     Raises:
         InputError: the two solutions could not be computed.

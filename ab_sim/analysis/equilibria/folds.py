@@ -88,7 +88,7 @@ class _Curve(NamedTuple):
         return np.sort(np.where((squares > 0.0) & np.isfinite(squares), squares, np.nan), axis=0)
 
     def tilt(self, aside: Any, w: Any) -> Any:
-        """Return dh/dphi."""
+        """Return dh/dphi, which is 0 at a fold."""
         return np.polyval(self.at(aside)[1], w)
 
     def met(self, aside: float, w: float) -> tuple[float, float] | None:

@@ -50,7 +50,7 @@ def axis(key: str, first: float, last: float, count: int = COUNT) -> Axis:
         if key == SPEED and abs(end) > FASTEST:
             raise InputError(f"speed = {exact(end)} rad/s: must be within +-{FASTEST:g}")
     if first == last:
-        raise InputError(f"{key}: from {exact(first)} to {exact(last)}: must not be the same")
+        raise InputError(f"{key}: from {exact(first)} to {exact(last)}: the two ends must differ")
     if not 2 <= count <= MOST:
         raise InputError(f"{key}: {count} values: must be from 2 to {MOST}")
     return Axis(key, tuple(float(value) for value in np.linspace(first, last, count)))

@@ -191,10 +191,10 @@ class BandAccumulator:
 
     @property
     def found(self) -> list[float | None]:
-        """Time of the sample after the last one outside the band [s].
+        """Time from which the whirl stays within its band [s], per run.
 
-        None if it lies in the last stretch, or if the whirl has not settled and its band is not
-        final.
+        None if the whirl leaves the band during the last tenth of the run, over which the band is
+        computed; None also if the whirl has not settled.
         """
         stays = ((self._begins <= self._latest) & self._settled).tolist()
         times = zip(self._times.tolist(), stays, strict=True)

@@ -71,7 +71,7 @@ class MetricSensitivities(Presented):
 
     @property
     def _percents(self) -> np.ndarray:
-        """Elasticity per derivative."""
+        """Factors from derivatives to elasticities, shape (metrics, keys)."""
         metrics = np.where(self.metric_values == 0.0, np.nan, self.metric_values)
         percents: np.ndarray = self.values / metrics[:, None]
         return percents

@@ -17,7 +17,7 @@ DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
 BALLS = (2, 6)
 MOST_BALLS = 12
 DAMPING_RATIO, SETTLE, DENSITY, SHARE, RESIDUAL, DRAG_TOLERANCE = 0.05, 3.0, "steel", 0.9, 0.1, 0.2
-"""Default values."""
+"""Defaults of ``SpecificationTexts``: ``SETTLE`` in s, ``DENSITY`` as a name, others as ratios."""
 RUN_UP = 1.0
 """Default time to reach the running speed [s]."""
 _GRADE = re.compile(r"\s*[Gg]\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*")
@@ -174,7 +174,8 @@ def _unbalance(texts: SpecificationTexts, mass: float, speed: float) -> tuple[fl
         parts = [texts.unbalance]
     if len(parts) not in (1, 2):
         raise InputError(
-            f"unbalance = {short(texts.unbalance)}: must be the largest one, or LEAST..LARGEST"
+            f"unbalance = {short(texts.unbalance)}: must be one value, the largest unbalance, or a "
+            "range LEAST..LARGEST, e.g. '0.1..0.3 g cm'"
         )
     numbers = [_number("unbalance", part, "kg m") for part in parts]
     least, largest = (0.0, numbers[0]) if len(numbers) == 1 else (numbers[0], numbers[1])
@@ -189,7 +190,7 @@ def _ends(text: str) -> list[str]:
     try:
         return with_last_unit(text.split(".."))
     except ValueError as error:
-        raise InputError(f"unbalance = {short(text)}: its largest one {error}") from None
+        raise InputError(f"unbalance = {short(text)}: the upper end {error}") from None
 
 
 def _grade(quantity: Given) -> float:

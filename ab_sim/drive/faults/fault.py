@@ -188,7 +188,7 @@ def _check_slip(fault: Fault, scene: Scene) -> None:
     if not turns_alike(scene):
         raise InputError(
             f"faults: {fault.text!r}: rotor.inertia of {scene.name} is not the same all around the "
-            "shaft, and the disc's part of it is unknown; make it so: [xx, xx, zz]"
+            "shaft, and the disc's part of it is unknown; give an inertia of the form [xx, xx, zz]"
         )
 
 

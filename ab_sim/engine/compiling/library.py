@@ -19,7 +19,7 @@ from ab_sim.tracing.machine_code import CONTROL, MachineCode
 
 
 class Kept(NamedTuple):
-    """Compiled function."""
+    """Compiled function, and the values for which it was compiled."""
 
     translated: Translated
     known: dict[str, bool | None]

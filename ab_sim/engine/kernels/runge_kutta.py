@@ -223,7 +223,7 @@ class _Step:
         ]
 
     def text(self, end: Sequence[str]) -> str:
-        """Return the LLVM IR of the step that ends in a state."""
+        """Complete the step and return its LLVM IR; ``end`` are the values of the final state."""
         if self.parts > 1:
             self._end_loop(end)
         for piece, value in zip(self._slope.pieces, end, strict=True):

@@ -45,7 +45,7 @@ class EqualSteps(NamedTuple):
     start: float
     """Beginning of the profile segment [s]."""
     first: int
-    """Steps taken before."""
+    """Number of steps of the run before these."""
     offset: float
     """Offset of the first step within its nominal step [s]."""
     length: float

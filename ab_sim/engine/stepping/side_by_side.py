@@ -38,7 +38,7 @@ class LaneRuns(NamedTuple):
     """
 
     prepare: int
-    """Function prepare(c)."""
+    """Function prepare(c), which computes derived constants."""
     slope: int
     """Function slope(c, b, t, y, k); used without events."""
     step: int

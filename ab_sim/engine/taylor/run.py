@@ -29,7 +29,7 @@ class TaylorRuns(NamedTuple):
     """
 
     prepare: int
-    """Function prepare(c)."""
+    """Function prepare(c), which computes derived constants."""
     coefficients: int
     move: int
     mark: int

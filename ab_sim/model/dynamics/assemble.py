@@ -148,7 +148,7 @@ computed with an error of about 1e-14."""
 MOST_ANGLE = 1e15
 """Largest angle [rad]; beyond it, a double cannot resolve parts of a turn."""
 DRAG = "the race's drag"
-"""Key of the drag's rate in ``linear_rates``, which does not limit steppers for stiff drag."""
+"""Key of the drag's rate in ``linear_rates``. Steppers for stiff drag are not limited by it."""
 LOOP = "the motor's speed loop"
 """Key of the motor's rate in ``linear_rates``."""
 

@@ -128,7 +128,7 @@ def _ramp(where: str, pair: tuple[SetPoint, SetPoint], limits: SpeedServo) -> tu
     # The times are rounded to a nanosecond.
     if abs(change) > limits.max_acceleration * (duration + NANOSECOND):
         raise CommandError(
-            f"{where}: the way to the next point takes {exact(abs(slope))} rad/s^2, and at most "
+            f"{where}: reaching the next point takes {exact(abs(slope))} rad/s^2, and at most "
             f"{exact(limits.max_acceleration)} rad/s^2 are allowed (spindle.max_acceleration of "
             "the scene, or a limit set below it)"
         )

@@ -15,7 +15,7 @@ from ab_sim.model.spindle.speed_laws import Ramp
 
 
 class StepGrid(NamedTuple):
-    """Resolution of steps."""
+    """Length of steps, and of the motions that they must resolve."""
 
     step: float
     """Step [s]."""

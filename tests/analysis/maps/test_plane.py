@@ -51,7 +51,7 @@ def test_there_are_200_values_unless_told() -> None:
         ("speed=1:2:2.5,a=1:2", "with numbers"),
         ("speed=nan:2,a=1:2", "from nan to 2.0: must be finite numbers"),
         ("speed=1:inf,a=1:2", "must be finite numbers"),
-        ("speed=2:2,a=1:2", "speed: from 2 to 2: must not be the same"),
+        ("speed=2:2,a=1:2", "speed: from 2 to 2: the two ends must differ"),
         ("speed=1:2:1,a=1:2", "speed: 1 values: must be from 2 to 2000"),
         ("speed=1:2:1000000,a=1:2", "must be from 2 to 2000"),
         ("speed=1:2e5,a=1:2", "speed = 200000 rad/s: must be within +-100000"),

@@ -21,14 +21,14 @@ ROUNDING = 1e-7
 
 
 class Alpha(NamedTuple):
-    """Weights of the method."""
+    """Parameters of the generalized-alpha method."""
 
     mass: float
     """Weight am: position between a step's ends at which y' is taken."""
     force: float
     """Weight af: position between a step's ends at which f is taken."""
     newmark: float
-    """Weight gamma."""
+    """Newmark's gamma: weight of y' at the step's end in the increment of y."""
 
 
 def growth_of(weights: Alpha, z: complex) -> complex:
