@@ -28,7 +28,10 @@ SPEEDS = 201
 STRAIGHT = 0.01
 """Amount of whirl below which motion counts as straight: an ellipse 200 times as long as wide."""
 ZERO = 1e-7
-"""Threshold of zero eigenvalues relative to the largest: a double zero is rounded to this."""
+"""Modulus, relative to the largest, below which an eigenvalue counts as zero.
+
+Rounding errors move a double zero eigenvalue by about this amount.
+"""
 EQUAL = 1e-9
 """Relative distance below which eigenvalues are equal."""
 

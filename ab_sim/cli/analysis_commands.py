@@ -62,13 +62,13 @@ class EquilibriaOptions(NamedTuple):
     each coordinate. Its held_by_friction (null without friction) has a range [low, high] of theta
     for each ball: friction holds all balls there, while the others stay in place.
 
-    For three and more balls, `balanced_positions` are the positions among which the worst and the
-    best were chosen: all, or samples if balls differ. `over_speed` has branches, folds, crossings
-    and ranges [rad/s]. `circulation` has `states`: stable bunches of circulating balls, with their
-    number, speed [rad/s], the state in closed form, its ranges over speed [rad/s] and drag [N s/m],
-    and the exact state of all balls. Its `elsewhere` has speeds at which all balls could circulate;
-    `not_looked_for` is the reason if there was no search. `other_motions` names motions that are
-    not searched for. Symbols, signs and angles: docs/conventions.md
+    For three and more balls, `balanced_positions` states among which balanced positions the least
+    and the most stable were chosen: all, or sampled if balls differ. `over_speed` has branches,
+    folds, crossings and ranges [rad/s]. `circulation` has `states`: stable bunches of circulating
+    balls, with their number, speed [rad/s], the state in closed form, its ranges over speed [rad/s]
+    and drag [N s/m], and the exact state of all balls. Its `elsewhere` has speeds at which all
+    balls could circulate; `not_looked_for` is the reason if there was no search. `other_motions`
+    names motions that are not searched for. Symbols, signs and angles: docs/conventions.md
 
     Args:
         plot: Draw the branches over speed: .png, .svg or .pdf.
@@ -90,11 +90,12 @@ class StabilityOptions(NamedTuple):
     A map is refined only near borders, and computed points are kept: an interrupted map continues.
     Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole numbers;
     `kinds`, each with label, name and share of the map; the number of `points`, and of `computed`
-    ones. For three and more balls, `balanced_positions` are those that decide: all, or samples if
-    balls differ. `circulation` states in closed form whether all balls can circulate in one stable
-    bunch: `labels` of the points (1: yes, 0: no, 2: not known, -1: not searched for), and shares of
-    the map. With --against, there are shares that are balanced for both numbers of balls, or for
-    one. With --each, the JSON has key, values, and `maps`, one for each value.
+    ones. For three and more balls, `balanced_positions` states which positions were examined: all,
+    or sampled if balls differ. `circulation` states in closed form whether all balls can circulate
+    in one stable bunch: `labels` of the points (1: yes, 0: no, 2: not known, -1: not searched for),
+    and shares of the map. With --against, the JSON also has the shares of the map that are balanced
+    with both numbers of balls, and with only one of them. With --each, the JSON has key, values,
+    and `maps`, one for each value.
 
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball, -1 for
     omitted starts; `kinds` with their shares of the other starts; residual_unbalance and
@@ -142,10 +143,14 @@ class FloquetOptions(NamedTuple):
     a motor are refused.
 
     The JSON has `found` (false if there is no solution), `multipliers` ([re, im], by modulus),
-    `largest` (their largest modulus except structural_ones), `stable` (null: undecided), `speed`,
-    period, found_from, balanced, whirl_min and whirl_max [m], ball_angles, ball_turns, ball_swing
-    [rad], start (the state at the start of a turn, by state_names), residual (in units of e, rad
-    and speed), iterations, steps and halved_step_difference. `others` has these entries for further
+    structural_ones (number of multipliers that are 1 because balanced states form a continuum),
+    `largest` (largest modulus of the others), `stable` (null: undecided), `speed`, period,
+    found_from (where the search started), balanced, whirl_min and whirl_max [m]; and of the balls
+    ball_angles at the start of the turn, ball_turns relative to the rotor, and ball_swing (range of
+    the angle) [rad]. For the numerics it has start (the state at the start of the turn, by
+    state_names), residual (largest mismatch after one turn, scaled by e, rad and speed),
+    iterations, steps, and halved_step_difference (largest change of a multiplier with half the
+    step). `others` has these entries for further
     solutions. With --over, `followed` has `points` over the parameter, and `borders`, where the
     largest modulus is 1.
 

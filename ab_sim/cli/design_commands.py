@@ -34,7 +34,8 @@ class SizeOptions(NamedTuple):
 
     Runs that contradict a prediction are reported. If no balancer fits, the command prints the
     reason and a remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims`
-    (claim, predicted, seen, verdict), `at_drags`, `runs` and the `scene`. Finished runs are cached.
+    (claim, predicted, seen, verdict), `at_drags` (runs at both ends of the drag window and far
+    above it), `runs` and the `scene`. Finished runs are cached.
 
     Args:
         mass MASS: Mass of everything that moves on the suspension, without balls, e.g. '100 g'.
@@ -98,9 +99,10 @@ class SweepOptions(NamedTuple):
     A row has the run's number, the keys' values, the metrics, and `outcome`: settled; still
     changing (the final whirl still rises or falls); circulates (balls go round the race); aborted
     (an adaptive start-up gave up, and stopped the spindle); or failed. Rows of aborted and failed
-    runs have a reason in `failure`, and no metrics; other runs are not affected. Whirls are in e
-    [m] of the run; all other values are in SI units. The JSON has the rows by column in `runs`, and
-    `units`, `points` (keys and their values), `outcomes`, and the `scene`.
+    runs have a reason in `failure`, and no metrics; other runs are not affected. Whirls are in
+    units of the eccentricity e of their run; all other values are in SI units. The JSON has the
+    rows by column in `runs`, and `units`, `points` (keys and their values), `outcomes`, and the
+    `scene`.
 
     `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
     file directly.
@@ -144,8 +146,12 @@ class TuneOptions(NamedTuple):
     unchanged scene, of the scene without its variable-speed period, and with each key 5 % smaller
     and larger. It names the ends of ranges and the bounds that limit the best. With --spread, a
     candidate is judged by the metric that the required share of its drives reaches. All candidates
-    have the same draws; their number is --runs / --draws. The JSON has `found`, `values`, `best`,
-    `active`, `beside`, `before`, the best `scene`, and all `runs` by column.
+    have the same draws; about --runs / --draws candidates are tried.
+
+    The JSON has `found` (false if no run settles within all bounds), the best `values`, their
+    metric in `best`, `active` (ends of ranges and bounds that limit the best), `beside` (results
+    with each key 5 % smaller and larger), `before` (results of the original scene, with and without
+    its variable-speed period), the best `scene`, and all `runs` by column.
 
     The same seed gives the same result. Finished runs are cached: after an interruption, the same
     command continues.
@@ -200,8 +206,8 @@ class RobustOptions(NamedTuple):
     command continues. Results do not depend on the number of processes.
 
     The JSON has `share`, `quantiles` by metric, `sobol`, `worst`, `against`, the rows by column in
-    `runs`, and `balanced` for each run. Whirls are in e [m] of the run; all other values are in SI
-    units.
+    `runs`, and `balanced` for each run. Whirls are in units of the eccentricity e of their run;
+    all other values are in SI units.
 
     Args:
         spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% or '0.1 mm' (standard
@@ -219,9 +225,9 @@ class RobustOptions(NamedTuple):
             'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the metric balanced.
         metrics NAME,NAME,...: Metrics to report quantiles of. Default: those of `ab-sim sweep`.
         against SCENE: Scene of another design to compare with; it is run with the same draws.
-        sobol N: Number of pairs of drives for the Sobol indices, a power of 2; each spread or group
-            costs N further runs. 0: no Sobol indices. Default: the largest N for which
-            these are at most half of --runs; no Sobol indices if this N is below 128.
+        sobol N: Number N of pairs of drives for the Sobol indices, a power of 2; 0: no Sobol
+            indices. Each spread or group costs N further runs. Default: the largest N whose further
+            runs are at most half of --runs, or 0 if this N is below 128.
         worst FOLDER: Write the scenes of the ten worst runs to a folder.
         plot: Draw distributions of the metrics, and the Sobol indices: .png, .svg or .pdf.
     """

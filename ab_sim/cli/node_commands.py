@@ -43,7 +43,7 @@ def _add(service: ServiceCommand) -> None:
 
 def _argument(argument: ServiceArgument) -> Parameter:
     kind: Any = list[str] if argument.many else str
-    info = Argument(metavar=argument.metavar)
+    info = Argument(metavar=argument.metavar, help=argument.meaning, show_default=False)
     if argument.default is ...:
         return parameter(argument.parameter, Annotated[kind, info])
     return parameter(argument.parameter, Annotated[kind | None, info], None)

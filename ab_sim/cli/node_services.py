@@ -73,6 +73,7 @@ class ServiceArgument(NamedTuple):
 
     parameter: str
     metavar: str
+    meaning: str
     read: Callable[[str], Any] = str
     default: Any = ...
     """Default value; `...`: required, None: the parameter is left unchanged."""
@@ -105,20 +106,27 @@ class ServiceCommand(NamedTuple):
         return self.service or self.name.replace("-", "_")
 
 
-_SNAPSHOT = ServiceArgument("snapshot", "FILE", _file)
 SERVICES = (
     ServiceCommand("pause", "Stop simulated time.", request=_on),
     ServiceCommand("resume", "Continue simulated time.", service="pause", request=_off),
     ServiceCommand(
         "step",
-        "Simulate N wake-ups of the node (with wake_rate 250: N times 4 ms) while simulated time "
-        "is stopped. Default: the node's parameter `steps`. The answer is JSON.",
-        arguments=(ServiceArgument("steps", "N", _whole, None),),
+        "Simulate N wake-ups of the node while simulated time is stopped; the answer is JSON.",
+        arguments=(
+            ServiceArgument(
+                "steps",
+                "N",
+                "Number of wake-ups; each is 4 ms with wake_rate 250. Default: the node's "
+                "parameter `steps`.",
+                _whole,
+                None,
+            ),
+        ),
         timeout=600.0,
         restores_parameters=True,
     ),
     ServiceCommand("reset", "Return to t = 0 and the start state; discard all commands."),
-    ServiceCommand("reset-time", "Return to t = 0 in the present state."),
+    ServiceCommand("reset-time", "Return to t = 0, and keep the present state."),
     ServiceCommand(
         "reset-state", "Return to the start state, at the present time; discard all commands."
     ),
@@ -126,38 +134,64 @@ SERVICES = (
         "load-scene",
         "Simulate another scene from t = 0; compiling it may take some seconds.",
         arguments=(
-            ServiceArgument("scene", "SCENE", _scene),
-            ServiceArgument("changes", "KEY=VALUE", default=[""], many=True),
+            ServiceArgument(
+                "scene", "SCENE", "Scene: a name from `ab-sim scenes`, or a YAML file.", _scene
+            ),
+            ServiceArgument(
+                "changes",
+                "KEY=VALUE",
+                "Changes of the scene, as in `ab-sim run --set`.",
+                default=[""],
+                many=True,
+            ),
         ),
         timeout=300.0,
     ),
     ServiceCommand(
         "load-disc",
-        "Load another disc, with ECCENTRICITY [m]; its unbalance leads that of the present disc by "
-        "ANGLE [rad].",
+        "Load another disc.",
         arguments=(
-            ServiceArgument("disc_eccentricity", "ECCENTRICITY", _number),
-            ServiceArgument("disc_angle", "ANGLE", _number, 0.0),
+            ServiceArgument(
+                "disc_eccentricity", "ECCENTRICITY", "Eccentricity of the disc [m].", _number
+            ),
+            ServiceArgument(
+                "disc_angle",
+                "ANGLE",
+                "Angle by which its unbalance leads that of the present disc [rad]. Default: 0.",
+                _number,
+                0.0,
+            ),
         ),
         timeout=300.0,
     ),
     ServiceCommand(
         "inject-faults",
         "Inject faults, in place of all earlier ones, e.g. 'ball_1 sticks' 'vibration drifts 0.1'.",
-        arguments=(ServiceArgument("faults", "FAULT", many=True),),
+        arguments=(
+            ServiceArgument(
+                "faults",
+                "FAULT",
+                "Fault: object, fault and size, in quotes; docs/topics.md has a list.",
+                many=True,
+            ),
+        ),
         timeout=300.0,
     ),
     ServiceCommand("clear-faults", "Clear all faults.", timeout=300.0),
     ServiceCommand(
         "save",
-        "Save the present state to a .json file.",
-        arguments=(_SNAPSHOT,),
+        "Save the present state to a file.",
+        arguments=(ServiceArgument("snapshot", "FILE", "File to write: .json.", _file),),
         service="save_snapshot",
     ),
     ServiceCommand(
         "restore",
-        "Return to a state that the command save wrote to a file.",
-        arguments=(_SNAPSHOT,),
+        "Return to a saved state.",
+        arguments=(
+            ServiceArgument(
+                "snapshot", "FILE", "File written by `ab-sim node save`: .json.", _file
+            ),
+        ),
         service="restore_snapshot",
     ),
     ServiceCommand(

@@ -34,8 +34,9 @@ class ReportOptions(NamedTuple):
 
     The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
     missing, complete, events, metrics (see `ab-sim metrics`; null if the scene is not known),
-    vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null
-    for an offline run) and notes. Symbols, signs and angles: docs/conventions.md
+    vibration_of (name of the vibrating quantity), vibration_rms [m/s^2], once_per_turn_share,
+    real_time_factor (mean, least; null for an offline run) and notes. Symbols, signs and angles:
+    docs/conventions.md
 
     Args:
         recordings FILE...: Recordings of runs: .rrd; several are shown side by side.
@@ -53,13 +54,15 @@ class ReportOptions(NamedTuple):
 class CompareOptions(NamedTuple):
     """Run a recording's commands again, and compare each channel.
 
-    A recording of ab_sim is repeated step by step. With its own scene it gives the same bits, run
-    offline, or live under the scene's profile or speed commands. Another trajectory is repeated by
-    its speed at each step, not to the bit. Other recordings are aligned by time: the run begins at
-    the first sample, follows each command from its time on, and is interpolated at the recorded
-    times. They need the channels step, time and command, and at least one other channel of the
-    scene. A recording that begins in the middle of a run is repeated from the state of its first
-    sample.
+    A recording made by ab_sim is repeated step by step. With its own scene, an offline run is
+    repeated bit for bit; so is a live run under the scene's profile or under speed commands. A live
+    run along another trajectory is repeated with the recorded speed at each step, and is not
+    bit-identical. A recording that begins in the middle of a run is repeated from the state of its
+    first sample.
+
+    Other recordings are aligned by time: the run begins at the first sample, applies each command
+    from its recorded time on, and is interpolated at the recorded times. They need the channels
+    step, time and command, and at least one other channel of the scene.
 
     The JSON has `channels`, each with channel, unit, largest (difference), at (its time [s]), rms,
     largest_relative and rms_relative (relative to the recorded range, recorded_from to
@@ -92,8 +95,10 @@ class IdentifyOptions(NamedTuple):
     for long searches only. After Ctrl-C, the command reports the best values so far, marked as
     interrupted.
 
-    The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low, high, deviation, how,
-    at_bound, start, own; an infinite end is null), `covariance`, `correlation`, `profiles`,
+    The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low and high, which
+    are null if infinite; deviation, the standard deviation; how, the origin of the interval:
+    curvature, profile, held or open; at_bound; start, the scene's value; and own, true if the
+    parameter belongs to one recording), `covariance`, `correlation`, `profiles`,
     `knowledge` (singular values; open directions, which are combinations of values that the
     recordings do not determine), `residuals`, `tried_effects`, `held_out`, `next_recordings`,
     `notes`, `runs`, `seed` and the `fitted_scene`. `ab-sim robust --spread-from` reads it.

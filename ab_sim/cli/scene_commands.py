@@ -54,9 +54,9 @@ class RunOptions(NamedTuple):
     for a deck in space z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes. The
     JSON has the number of events and of steps_with_unresolved_events, the scene, and each metric by
     its name; `ab-sim metrics` lists units, meanings and equations. Final values are taken over the
-    last stretch of the run, of length final_stretch. The JSON has these metrics also for the runs
-    without_variable_speed_period and without_balls. If the scene requests an accuracy, it has the
-    measured error and its cost. Symbols, signs and angles: docs/conventions.md
+    last tenth of the run, of length final_stretch [s]. The JSON has these metrics also for the runs
+    without_variable_speed_period and without_balls. If the scene requests an accuracy, the JSON has
+    the measured error and its cost. Symbols, signs and angles: docs/conventions.md
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 
@@ -199,10 +199,10 @@ class MetricsOptions(NamedTuple):
     """List the metrics that a run is judged by, with their equations.
 
     `ab-sim run --json` and `metrics_of` in Python use these names. Unit e: a length in
-    eccentricities; 1: dimensionless; -: not a number. False is smaller than true. The last stretch
-    is the last tenth of the run; t_l is its beginning. The JSON has `name`, `unit`, `better`
-    (smaller, larger, neither), `kind` (number, true or false, structure), `meaning` and `equation`
-    of each metric. Symbols and signs: docs/conventions.md
+    eccentricities; 1: dimensionless; -: not a number. The last stretch is the last tenth of the
+    run; t_l is its beginning. The JSON has `name`, `unit`, `better` (smaller, larger, neither; true
+    counts as larger than false), `kind` (number, true or false, structure), `meaning` and
+    `equation` of each metric. Symbols and signs: docs/conventions.md
 
     Args:
         name NAME: Metric to print. Default: all.

@@ -47,8 +47,11 @@ FIRST_WHIRL = 16.0
 LATER_WHIRL = 20.0
 """Largest target whirl over the scale, in the first dwell and in later ones."""
 LARGEST_LAG = 1.0
-"""Largest tangent of the whirl's phase lag behind 180 degrees: closer to the critical speed, the
-whirl drives balls in the wrong direction."""
+"""Largest tangent of the deviation of the whirl's phase from 180 degrees.
+
+It limits how near a dwell is to the critical speed: nearer, the whirl drives balls in the wrong
+direction.
+"""
 LAG_STEP = 0.25
 """Relative change of that tangent from one dwell to another."""
 LEAST_DISTANCE = 0.06

@@ -332,8 +332,8 @@ class StartUp:
     def _goal(self) -> float:
         """Return the speed to dwell at [rad/s].
 
-        At the ratio r the whirl is |q| r^2 / (r^2 - 1), and it lags behind 180 degrees by atan(D r
-        / (wn (r^2 - 1))).
+        At the ratio r of speed to critical speed the whirl is |q| r^2 / (r^2 - 1). Its phase
+        deviates from 180 degrees by atan(D r / (wn (r^2 - 1))).
         """
         seen, final = self.observer, self.settings.final_speed
         if seen.known == 0.0:

@@ -17,7 +17,7 @@ CONSTANTS = {"zero": 0.0, "one": 1.0, "none": math.nan}
 TURNING = ("turning x", "turning y", "turning z")
 """Names of the deck's angular acceleration on inertial axes; no channel's name has a blank."""
 AXES, NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-"""Initial numbers of messages; they are overwritten."""
+"""Placeholders for a vector and for a quaternion (w, x, y, z) in templates of messages."""
 
 
 class Template(NamedTuple):

@@ -26,7 +26,7 @@ MOST = 0.08
 FAST = 0.6
 """Fraction of the top speed above which whirl and angle are compared."""
 PER_TURN = 8
-"""Number of points per peak of the comparison; a peak is one over the number of turns wide."""
+"""Number of trial ratios of whirl to spindle speed within 1 / turns, the width of a peak."""
 MOST_ROWS = 4000
 NEAR = 0.7
 """Half-width of the search in units of one over the number of turns."""

@@ -115,7 +115,7 @@ class Latex(Notation):
         return PrintedText(f"{text}^{{{by}}}", Holds.POWER)
 
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
-        """Return a function (``cos``, ``sin``, ``sqrt``, ``abs`` or another) to a power."""
+        """Return the text of a function (``cos``, ``sqrt`` or another), raised to a power."""
         if name == "abs":
             return PrintedText(rf"\left|{argument.text}\right|", Holds.ATOM)
         if name == "sqrt":

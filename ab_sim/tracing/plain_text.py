@@ -57,7 +57,7 @@ class PlainText(Notation):
         return PrintedText(f"{self.tight(base, Holds.ATOM)}^{by}", Holds.POWER)
 
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
-        """Return a function (``cos``, ``sin``, ``sqrt``, ``abs`` or another) to a power."""
+        """Return the text of a function (``cos``, ``sqrt`` or another), raised to a power."""
         text = f"|{argument.text}|" if name == "abs" else f"{name}({argument.text})"
         it = PrintedText(text, Holds.ATOM)
         return it if power == 1 else self.power(it, power)

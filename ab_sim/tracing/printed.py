@@ -70,7 +70,7 @@ class Notation(ABC):
 
     @abstractmethod
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
-        """Return a function (``cos``, ``sin``, ``sqrt``, ``abs`` or another) to a power."""
+        """Return the text of a function (``cos``, ``sqrt`` or another), raised to a power."""
 
     @abstractmethod
     def comparison(self, op: str, left: str, right: str) -> str:

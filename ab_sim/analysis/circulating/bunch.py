@@ -53,7 +53,7 @@ class CirculatingBunch:
     count: int
     """Number p of balls in the bunch, out of ``drive.balls``."""
     speed: float
-    """Absolute speed s [rad/s], with the sign of w."""
+    """Speed s of the bunch relative to the housing [rad/s], with the sign of w."""
     W: float
     """Radius z of the deck's whirl at s [m]."""
     angle: float

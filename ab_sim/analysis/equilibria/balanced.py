@@ -184,7 +184,7 @@ def _closed(
 
 
 def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndarray | None:
-    """Return a balanced position with a local minimum (sense 1) or maximum (-1) of rho."""
+    """Return a balanced position at which rho has a local minimum (sense 1) or maximum (-1)."""
     moments = np.array(rotor.moments) / sum(rotor.moments)
     unbalance = rotor.unbalance / sum(rotor.moments)
 

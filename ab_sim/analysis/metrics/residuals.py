@@ -20,7 +20,7 @@ class Residuals:
     def __init__(self, parts: np.ndarray, wholes: np.ndarray) -> None:
         self._has = np.asarray(wholes) != 0.0
         self.any = bool(self._has.any())
-        """True if the whole of at least one run is not 0."""
+        """True if at least one run has an unbalance or couple to balance."""
         shares = parts / np.where(self._has, wholes, 1.0)[:, None]
         self._own = self._has.astype(float)[:, None]
         self._real, self._imaginary = shares.real.copy(), shares.imag.copy()
@@ -44,7 +44,7 @@ class Residuals:
 
     @property
     def found(self) -> list[float | None]:
-        """Root mean square of each run; None if its whole is 0."""
+        """Root mean square of each run's residual; None if the run has no unbalance or couple."""
         values = zip(self._mean.values_if_any, self._has.tolist(), strict=True)
         return [value if has else None for value, has in values]
 

@@ -97,7 +97,7 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
 
 
 def enter_alone(all_runs: LanesOverEvents) -> None:
-    """Begin a row of a plan with each run that takes part in it."""
+    """Prepare the single copy of each running lane for the next row of the plan."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         if is_going(runs, lane):

@@ -1,4 +1,4 @@
-"""Filling of templates, and escapes for text from outside."""
+"""Filling of templates, and escaping of text that is not from ab_sim."""
 
 import html
 import re
@@ -55,21 +55,21 @@ def comment(*paragraphs: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """Return text from outside on one line, with control characters as escapes."""
+    """Return untrusted text on one line, with control characters escaped."""
     return visible(" ".join(text.split()))
 
 
 def plain(text: str) -> str:
-    """Return text from outside for a comment of C or CMake, without an end of the comment."""
+    """Return untrusted text that cannot end a comment of C or CMake."""
     text = re.sub(r"\?(?=\?)", "? ", one_line(text))  # no trigraphs: ??/ would join lines
     return text.replace("*/", "* /").replace("/*", "/ *")
 
 
 def in_html(text: str) -> str:
-    """Return text from outside for HTML and its comments: ``&``, ``<``, ``>`` as entities."""
+    """Escape ``&``, ``<`` and ``>`` in untrusted text for HTML and its comments."""
     return html.escape(one_line(text), quote=False)
 
 
 def in_markdown(text: str) -> str:
-    """Return text from outside escaped for Markdown, without markup, HTML and links."""
+    """Escape untrusted text for Markdown, so that it has no markup, HTML or links."""
     return re.sub(r"[]\\`*_[<>&|~#!$:@^=]", r"\\\g<0>", one_line(text))

@@ -88,11 +88,13 @@ def on_race(effects: Any, balls: BallConstants, c: Number, s: Number, rate: Numb
 def relative_load(
     effects: Any, balls: BallConstants, on: OnRace, w: Number
 ) -> tuple[Number, Number]:
-    """Return the ball's inertial force, -m times its acceleration [N].
+    """Return the centrifugal and Coriolis force on each ball [N].
+
+    The inertial forces due to accelerations of the deck, of the spindle (w') and along the path
+    (s'') are not included. Symbols as in ``OnRace``.
 
     Returns:
-        Components along n and t, without the terms of the deck's, the spindle's and the path
-        acceleration: m (h w^2 + 2 w s' + l theta'^2) and m x w^2.
+        Components along n and t: m (h w^2 + 2 w s' + l theta'^2) and m x w^2.
     """
     if not any_has(effects, "race_shape"):
         return balls.moment * (w + on.rate) * (w + on.rate), 0.0

@@ -119,7 +119,7 @@ def write_page(path: Path, title: str, body: str) -> None:
 
 
 def escaped(text: str) -> str:
-    """Return a text from outside, escaped for HTML."""
+    """Escape an untrusted text for HTML."""
     return html.escape(visible(text))
 
 

@@ -115,9 +115,14 @@ def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.nda
 
 
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
-    """Return the fastest eigenvalue [1/s] of the deck on its mounts, by a name for messages.
+    """Return the eigenvalue of largest modulus [1/s] of the deck on its mounts.
 
-    Gyroscopic moments are those at ``top_speed`` [rad/s].
+    Args:
+        system: the system.
+        top_speed: spindle speed at which gyroscopic moments are taken [rad/s].
+
+    Returns:
+        The eigenvalue, with its name in messages as the key; empty if it is 0.
     """
     matrix = linearised(_weightless(_hardened(system))).matrix(top_speed)
     fastest = max(np.linalg.eigvals(matrix), key=abs)
