@@ -22,9 +22,11 @@ REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
 RETRY = 1.0
 """Time between two attempts to begin a file [s]."""
 TAKING_TURNS = 20.0
-"""Shortest time between two files that begin because steps decrease while several drives publish
-[s]. Otherwise each block would begin a file. DDS takes this time to notice that a killed drive has
-gone."""
+"""Shortest time [s] between two new files while several drives publish.
+
+Their steps alternate, so that steps decrease at almost every block, and each would begin a file.
+DDS takes this time to notice that a killed drive has gone.
+"""
 
 
 class RecordedFiles:

@@ -80,9 +80,10 @@ def test_in_80_columns_nothing_is_cut_off(name: str) -> None:
 
 def test_every_option_says_what_it_is_for() -> None:
     """And no word of the source is left in it."""
+    of_nodes = {f"node {name}": each for name, each in COMMANDS["node"].commands.items()}
     silent = [
         f"{name} {parameter.name}"
-        for name, command in COMMANDS.items()
+        for name, command in (COMMANDS | of_nodes).items()
         for parameter in command.params
         if not getattr(parameter, "help", None) and not hasattr(command, "commands")
     ]
