@@ -77,7 +77,7 @@ def test_the_error_asked_for_is_met(drag: float, duration: float, start: float) 
 
 def test_a_refusal_is_true() -> None:
     """Beyond double precision, here: with such steps and shorter ones, errors are rounding's."""
-    with pytest.raises(SceneError, match="because of rounding") as caught:
+    with pytest.raises(SceneError, match="rounding errors") as caught:
         resolve_accuracy(changing(SLIPPERY, 1e-3, solver=None, accuracy={"angle": 1e-14}))
     best = float(str(caught.value).split(" is about ")[1].split()[0])
     assert best < 1e-8, "and so they are small"

@@ -126,12 +126,12 @@ def test_a_full_disk_is_told_and_what_was_written_is_readable(fleet: Fleet, tmp_
     size = (tmp_path / "run" / "run_0.mcap").stat().st_size + 100_000
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (size, size))
     assert fleet.ended("recorder") == RecordingError.exit_code
-    fleet.until(lambda: "holds" in fleet.health("recorder").message, "its last diagnostics")
+    fleet.until(lambda: "contains" in fleet.health("recorder").message, "its last diagnostics")
     with Bag(tmp_path / "run") as bag:
         there = sum(topic.messages for topic in bag.topics.values())
         assert not bag.complete and there == len(list(bag.messages(bag.topics)))
     last = fleet.health("recorder")
-    assert f"holds {there} of " in last.message and "File too large" in last.message
+    assert f"contains {there} of " in last.message and "File too large" in last.message
     assert int(last.values["bag messages written"]) == there
     assert last.message in fleet.log("recorder")
     assert import_bag(tmp_path / "run", tmp_path / "run.rrd").missing == 0

@@ -154,7 +154,7 @@ def test_what_is_no_snapshot_of_that_profile(tmp_path: Path) -> None:
     assert bench.timed.run.status == status and not bench.timed.waits, "nothing has changed"
     for damage, words in (
         (text[:200], "is damaged, or not a snapshot"),
-        ("{}", "no snapshot of a profile controller"),
+        ("{}", "not a snapshot of a profile controller"),
         (json.dumps({**json.loads(text), "ab_sim": "0.0.1"}), "is of ab_sim 0.0.1"),
         (json.dumps({**json.loads(text), "time": "noon"}), "is damaged"),
     ):

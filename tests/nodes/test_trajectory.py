@@ -152,7 +152,7 @@ def test_in_lock_step_it_stands_for_the_commands(session: Fleet) -> None:
             done, text = session.call(f"{DRIVE}/step")
             assert done and f'"sim_time_ns": {wakes * 4_000_000}' in text
         done, text = session.call(f"{DRIVE}/step")
-        assert not done and "0 of 1 commands came" in text
+        assert not done and "0 of 1 commands arrived" in text
     finally:
         assert session.set(DRIVE, time_mode="paced", await_commands=0)[0]
 
