@@ -129,7 +129,7 @@ def test_what_runs_contradict_is_not_sized(monkeypatch: pytest.MonkeyPatch) -> N
     said = sizing.sizing_failure(found)
     assert "6 balls: 40.0 % balanced" in said
     assert "runs contradict the prediction of 90 %" in said
-    assert "), also with each of 12 holds of the speed (variable-speed periods); give" in said
+    assert "), also with each of 12 holds of the speed (variable-speed periods); allow" in said
     assert found.scene_text() == "" and "nothing" in repr(found)
     assert len(found.plot().axes) == 2
     json.dumps(found.report(), allow_nan=False)
