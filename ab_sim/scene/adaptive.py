@@ -53,7 +53,7 @@ class AdaptiveProfile(RunUp):
         nearby = [f"{count * step:.10g}" for count in (below, below + 1) if count]
         raise ValueError(
             f"profile.command_period = {exact(self.command_period)} s: must be a whole number of "
-            f"steps of solver.step = {step:g} s; the nearest are {' and '.join(nearby)} s"
+            f"steps of solver.step = {step:g} s; nearest: {' and '.join(nearby)} s"
         )
 
     def settings(self, sensing: SensorFacts, limit: float = math.inf) -> StartUpSettings:

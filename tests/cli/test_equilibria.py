@@ -40,7 +40,7 @@ def test_it_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
         "ab-sim stability nsc-case-3 --basin 12",
     ):  # fmt: skip
         assert words in done.stdout, words
-    assert "balls that circulate" in report["other_motions"]
+    assert "circulating balls" in report["other_motions"]
     assert report["circulation"]["numbers"] == [2, 1] and report["circulation"]["states"] == []
     assert (tmp_path / "e.png").read_bytes().startswith(PNG)
     assert "wrote e.png" in done.stderr

@@ -30,7 +30,7 @@ def test_a_spread_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "of 60 drives balance" in done.stdout and "peak_whirl_over_e<0.03" in done.stdout
     assert "more runs" in done.stdout and "Sobol indices" in done.stdout
-    assert "against balanced-start-up" in done.stdout and "McNemar" in done.stdout
+    assert "balanced-start-up, with the same draws" in done.stdout and "McNemar" in done.stdout
     pairs = done.stdout.partition("draw by draw")[2].partition("worst runs by")[0]
     assert "peak_whirl_over_e [e]" in pairs
     assert (
@@ -130,7 +130,7 @@ def test_two_scenes_of_one_name_are_told_apart_by_their_files(tmp_path: Path) ->
     said = " ".join(done.stdout.split())
     assert "no Sobol indices: there is one factor only " in said and "requested" not in said
     assert "thesis-hold (my.yaml --set duration=0.4 " in said
-    assert "against thesis-hold (thesis-hold) in the same draws" in said
+    assert "thesis-hold (thesis-hold), with the same draws" in said
 
 
 def test_few_runs_have_no_sobol_indices_unless_asked_for(tmp_path: Path) -> None:

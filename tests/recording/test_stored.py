@@ -142,7 +142,7 @@ def test_of_merged_recordings_one_is_read_and_named(tmp_path: Path) -> None:
     subprocess.run([rerun_cli_main, "rrd", "merge", *files, "-o", merged], check=True)
     stored = open_recording(merged)
     (remark,) = stored.remarks
-    assert "holds 2 recordings" in remark and "give each recording as its own file" in remark
+    assert "contains 2 recordings" in remark and "give each recording as its own file" in remark
     names = {
         open_recording(file).extent.rows: RrdReader(file).recordings()[0].recording_id
         for file in files

@@ -33,7 +33,7 @@ def test_it_is_read(scene: SceneMaker) -> None:
         ({"target_speed": 0.5}, {}, "final_speed = 0.5: must be from 1 to"),
         ({"acceleration": 101.0}, {}, "profile.acceleration = 101 rad/s.2: is more than"),
         ({"command_period": 0.0052}, {}, "profile.command_period = 0.0052 s: .*0.005 and 0.006 s"),
-        ({"command_period": 0.0005}, {}, "profile.command_period = 0.0005 s: .*such: 0.001 s"),
+        ({"command_period": 0.0005}, {}, "profile.command_period = 0.0005 s: .*nearest: 0.001 s"),
         ({"command_period": float("nan")}, {}, "profile.command_period = nan"),
         ({}, {"start": {"speed": -1.0}}, "start.speed = -1 rad/s: .*between 0 and"),
         ({}, {"start": {"speed": 401.0}}, "start.speed = 401 rad/s: .* profile.target_speed = 400"),

@@ -51,7 +51,7 @@ def test_what_vibrates_too_fast_for_the_samples_shows_as_something_slower() -> N
     straight_lines = 1 - (math.pi * 900.0 * STEP) ** 2 / 3
     assert heard.max() == pytest.approx(given.gain(900.0) * straight_lines, rel=2e-3)
     assert heard.max() < given.gain(500.0) == pytest.approx(0.8214, abs=1e-4)
-    assert "up to 82 % of what vibrates faster than 500 Hz" in given.aliasing(STEP)
+    assert "up to 82 % of the amplitude of vibration above 500 Hz" in given.aliasing(STEP)
 
 
 def test_the_bandwidth_that_would_do_does() -> None:

@@ -174,7 +174,7 @@ def _apart(scene: Any, samples: Samples, rtol: float) -> float:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"effects": {"gravity": {"tilt": 1.0}}}, "no gravity"),
+        ({"effects": {"gravity": {"tilt": 1.0}}}, "lacks gravity"),
         ({"effects": {"spindle_acceleration": None}}, "spindle_acceleration"),
         (
             {

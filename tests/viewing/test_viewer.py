@@ -225,7 +225,7 @@ def test_no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
      "rerun+http://no.such.host.invalid:9876/proxy"],
 )  # fmt: skip
 def test_what_no_viewer_can_be_made_of(view: str) -> None:
-    with pytest.raises(InputError, match="must be web, native, or the address of a viewer"):
+    with pytest.raises(InputError, match="must be web, native, or the address of a running viewer"):
         check_view(view)
 
 

@@ -101,7 +101,7 @@ def test_what_does_not_rest_is_refused_by_name(scene: str, words: str) -> None:
 
 
 def test_too_many_patterns_and_wrong_speeds() -> None:
-    with pytest.raises(SceneError, match="8192 patterns, more than the 4096"):
+    with pytest.raises(SceneError, match="8192 patterns; at most 4096"):
         equilibria_of(drive(m=tuple(1e-4 * (1.0 + 0.1 * k) for k in range(13))), 100.0)
     for speeds in ([], [1.0], [0.0, 1.0], [2.0, 1.0], [1.0, float("nan")]):
         with pytest.raises(InputError, match="rising"):
