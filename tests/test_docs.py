@@ -211,6 +211,12 @@ def test_pages_name_files_that_are_there(page: str) -> None:
 
 
 @pytest.mark.parametrize("page", NAMES)
+def test_no_line_is_lost_on_the_site(page: str) -> None:
+    """MyST takes a line that begins with % for a comment, such as one that continues "16 %"."""
+    assert not re.search(r"^\s*%", (ROOT / page).read_text(encoding="utf-8"), re.M)
+
+
+@pytest.mark.parametrize("page", NAMES)
 def test_benchmarks_that_pages_name_are_there(page: str) -> None:
     named = re.findall(r"benchmarks/\w+\.py", (ROOT / page).read_text(encoding="utf-8"))
     assert [file for file in named if not (ROOT / file).exists()] == []
