@@ -55,13 +55,13 @@ def test_parameters_and_their_defaults() -> None:
 
 
 def test_channels() -> None:
-    of = {row[0]: tuple(names_in(row[1])) for row in table("of")}
-    assert of["each"] == SPINDLE_CHANNELS
+    of = {row[0]: tuple(names_in(row[1])) for row in table("part of the scene")}
+    assert of["every scene"] == SPINDLE_CHANNELS
     balls, motor, sensor = of["two balls"], of["a motor"], of["a sensor `pickup`"]
     for deck_model, kind in (("a deck in the plane", Planar), ("a deck in space", InSpace)):
         readings = sensor[: kind.AXES]
         made = channels_for(kind.CHANNELS, 2, motor=True, readings=readings)
-        assert made == (*of["each"], *of[deck_model], *balls, *motor, *readings)
+        assert made == (*of["every scene"], *of[deck_model], *balls, *motor, *readings)
 
 
 def test_joints() -> None:

@@ -99,7 +99,10 @@ def test_a_probe_may_drop_out() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"sensors": {"one": {}}, "probes": {"one": {}}}, "probes.one: there is a sensor of that"),
+        (
+            {"sensors": {"one": {}}, "probes": {"one": {}}},
+            "probes.one: a sensor .* has this name, too",
+        ),
         ({"probes": {"one": {"position": [0.1, 0, 0]}}}, "probes.one.position: has no meaning"),
         ({"probes": {"one": {"range": 0}}}, "probes.one.range = 0: must be more than 0"),
         ({"probes": {"one": {"resolution": 2e-3}}}, "resolution = 0.002 m: must be at most the"),
