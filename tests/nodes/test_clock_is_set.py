@@ -62,7 +62,7 @@ def test_a_profile_goes_on(fleet: Fleet, clock: SystemClock, step: float) -> Non
     fleet.until(lambda: len(commands) > 200, "it commands")
     # Set right again, too: while the clock is behind, threads of Fast DDS 3.2 wait for shared
     # memory until a time of this clock. Its watchdog then takes them for dead, and of a node that
-    # exits one thread replaces a port while another one closes it: a segmentation fault, 1 in 12.
+    # exits one thread replaces a port while another one closes it: a segmentation fault (2 of 12).
     for ahead in (step, 0.0):
         clock.set(ahead)
         heard = len(commands)
