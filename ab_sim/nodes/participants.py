@@ -36,8 +36,8 @@ def participants_here() -> int | None:
 def unheard_users() -> str:
     """Return a warning if other users' participants are on this domain, else an empty text.
 
-    Such participants discover each other over UDP, but exchange no data: data go through shared
-    memory, which belongs to one user.
+    These participants discover each other over UDP, but exchange no data, because data pass
+    through shared memory, which belongs to one user.
     """
     if discovery.has_udp_only():
         return ""

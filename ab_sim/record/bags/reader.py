@@ -71,7 +71,7 @@ def _reason(error: Exception) -> str:
 class Bag:
     """Bag of ``rosbag2`` (MCAP or SQLite), open for reading; a context manager.
 
-    Of an unfinished bag, the readable part is read.
+    The readable part of an unfinished bag is read.
 
     Args:
         path: folder of the bag, or one of its files.

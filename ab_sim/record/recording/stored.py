@@ -62,7 +62,7 @@ class Notes:
 class StoredRun:
     """Recording that is read from disk on each request; see `open_recording`.
 
-    Of a recording in progress, each request reads the data written so far.
+    Each request reads the data written so far, also while the recording is in progress.
     """
 
     def __init__(self, path: Path | str) -> None:

@@ -34,8 +34,8 @@ ORDER = Parameter(
 
 
 STEPS = Parameter(
-    "number of the scene's steps in one step of the method, whatever the error; 0: as many, or "
-    "the part of one, that the tolerance allows",
+    "number of the scene's steps in one step of the method, without a check of the error; 0: "
+    "the tolerance decides, and a step of the method may be shorter than one of the scene",
     0.0,
     0.0,
     float(MOST_STEPS),
