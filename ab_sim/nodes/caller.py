@@ -204,9 +204,19 @@ class Caller:
         # Besides this process, there are other participants; their topics are discovered later.
         if participants_here() != 1:
             self._until(all_received, self._timeout)
-            self._until(lambda: False, ACQUAINTED)
+            self._await_services(end)
             self._until(all_received, end - time.monotonic())
         return received
+
+    def _await_services(self, end: float) -> None:
+        """Wait until ``ACQUAINTED`` has passed without a new service, at most until ``end`` [s].
+
+        A node's diagnostics may arrive before all of its services have been discovered.
+        """
+        discovered = None
+        while discovered is None or (discovered != self.nodes() and time.monotonic() < end):
+            discovered = self.nodes()
+            self._until(lambda: False, ACQUAINTED)
 
     def _all_discovered(self) -> bool:
         """Return whether there are as many discovered nodes as DDS participants on this machine."""
