@@ -50,11 +50,11 @@ class Importer:
         found: int = getattr(self.library, f"fmi3{name}")(ctypes.c_void_p(self.me), *given)
         return found
 
-    def start(self, **values: float | bool) -> int:
-        """Set variables and initialise up to the first step; return the status of the last call."""
+    def start(self, at: float = 0.0, **values: float | bool) -> int:
+        """Set variables and initialise at a time [s]; return the status of the last call."""
         for name, value in values.items():
             assert self.set(name, value) == OK
-        begun = ctypes.c_bool(False), 0.0, 0.0, ctypes.c_bool(False), 0.0
+        begun = ctypes.c_bool(False), 0.0, at, ctypes.c_bool(False), 0.0
         assert self.call("EnterInitializationMode", *begun) == OK
         return self.call("ExitInitializationMode")
 

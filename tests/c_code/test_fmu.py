@@ -9,6 +9,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
@@ -18,6 +19,7 @@ from ab_sim.export.c_code.fmu import Fmu, fmu_of, identifier_of
 from ab_sim.export.c_code.model_description import base_units
 from ab_sim.export.c_code.sources import sources_of
 from ab_sim.scene import load_scene
+from ab_sim.scene.model import Solver
 from tests.c_code.compiled import STRICT, needs_compiler
 from tests.c_code.importer import ERROR, OK, WARNING, Importer
 from tests.c_code.test_files import METACHARACTERS, tokens_of_c
@@ -208,12 +210,12 @@ def test_what_cannot_be_is_refused_and_said(plane: Fmu, tmp_path: Path) -> None:
     assert fmu.set("x", 1.0) == ERROR and fmu.set("total_mass", float("nan")) == ERROR
     assert fmu.start(speed_command=100.0) == OK
     assert fmu.set("follow_profile", True) == ERROR  # not any more
-    assert fmu.step(0.0, 0.0015) == ERROR and fmu.step(0.0, 0.0) == ERROR
+    assert fmu.step(0.0, 0.0) == ERROR and fmu.step(0.0, float("nan")) == ERROR
     assert fmu.step(0.1, 0.001) == ERROR  # it is at 0
     assert fmu.call("EnterEventMode") == ERROR
     words = [
         "fmi3DoStep: must not be called", "cannot be set", "finite", "cannot be set",
-        "communicationStepSize = 0.0015", "multiple of the step, 0.001 s",
+        "communicationStepSize = 0 s: must be above 0", "communicationStepSize = nan s",
         "currentCommunicationPoint = 0.1", "fmi3EnterEventMode",
     ]  # fmt: skip
     assert [status for status, _ in fmu.said] == [ERROR] * len(words)
@@ -263,3 +265,78 @@ def test_outputs_depend_on_no_input_at_once(plane: Fmu) -> None:
     root = Xml.fromstring(part(plane, "modelDescription.xml"))
     outputs = list(root.iter("Output"))
     assert outputs and all(each.attrib["dependencies"] == "" for each in outputs)
+
+
+@pytest.fixture(scope="module")
+def reference() -> CubicHermiteSpline:
+    """Return x and ball 0's angle over time [s], from steps of 0.1 ms."""
+    drive = Drive(PLANE.model_copy(update={"solver": Solver(stepper="rk8", step=1e-4)}),
+                  commanded=True)  # fmt: skip
+    drive.command(30.0)
+    first = drive.advance(4975)
+    drive.command(12.0)
+    second = drive.advance(5025)
+    time, x, vx, angle, rate = (
+        np.concatenate([first[name], second[name]])
+        for name in ("time", "x", "vx", "ball_0_angle", "ball_0_rate")
+    )
+    return CubicHermiteSpline(time, np.stack([x, angle], 1), np.stack([vx, rate], 1))
+
+
+@needs_compiler
+@pytest.mark.parametrize("start", [0.0, -1.0, 1e4, 1.7e9])
+@pytest.mark.parametrize("master", ["products", "sums"])
+def test_a_communication_step_may_have_any_length(
+    master: str, start: float, plane: Fmu, reference: CubicHermiteSpline, tmp_path: Path
+) -> None:
+    for size in (1 / 60, 1 / 120, 1 / 3, 0.0015, 0.0101, 1 / 3000):
+        fmu = Importer(plane.content, tmp_path / str(size))
+        assert fmu.start(start, speed_command=30.0) == OK
+        now, rows, count = start, [], int(0.49 / size)
+        for k in range(1, count + 1):
+            assert fmu.step(now, size) == OK
+            now = now + size if master == "sums" else start + k * size
+            assert fmu.last.value == pytest.approx(now, rel=1e-15)
+            rows.append(fmu.get("x", "ball_0_angle", "speed"))
+        time = size * np.arange(1, count + 1)
+        x, angle, speed = np.transpose(rows)
+        expected = reference(time)
+        np.testing.assert_allclose(x, expected[:, 0], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(angle, expected[:, 1], rtol=0, atol=1e-8)
+        speeds = np.minimum(30.0, PLANE.spindle.max_acceleration * time)
+        np.testing.assert_allclose(speed, speeds, rtol=1e-9)
+
+
+@needs_compiler
+def test_after_a_part_of_a_step_it_comes_back_to_whole_steps(plane: Fmu, tmp_path: Path) -> None:
+    """And the state between two steps can be kept."""
+    fmu, ours = Importer(plane.content, tmp_path), Drive(PLANE, commanded=True)
+    assert fmu.start(speed_command=30.0) == OK
+    ours.command(30.0)
+    for k in range(2):
+        assert fmu.step(k / 60, 1 / 60) == OK
+    assert fmu.get("time")[0] == pytest.approx(1 / 30, rel=1e-15)
+    kept = fmu.keep()
+    assert fmu.step(2 / 60, 1 / 60) == OK
+    once = fmu.get("time", "x", "front_1")
+    assert fmu.call("SetFMUState", kept) == OK
+    assert fmu.step(2 / 60, 1 / 60) == OK
+    assert np.array_equal(fmu.get("time", "x", "front_1"), once)
+    expected = ours.advance(50)
+    assert once[0] == ours.time == 0.05
+    np.testing.assert_allclose(once[1:], [expected["x"][-1], expected["front_1"][-1]], rtol=1e-9)
+
+
+@needs_compiler
+def test_a_command_between_two_steps_acts_at_once(
+    plane: Fmu, reference: CubicHermiteSpline, tmp_path: Path
+) -> None:
+    fmu = Importer(plane.content, tmp_path)
+    assert fmu.start(speed_command=30.0) == OK
+    for k in range(400):
+        if k == 199:
+            assert fmu.set("speed_command", 12.0) == OK
+        assert fmu.step(0.0025 * k, 0.0025) == OK
+        x, angle = reference(0.0025 * (k + 1))
+        assert fmu.get("x")[0] == pytest.approx(x, abs=1e-12)
+        assert fmu.get("ball_0_angle")[0] == pytest.approx(angle, abs=1e-8)

@@ -31,7 +31,7 @@ EXTRA = "extra/org.fmi-standard"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
 _FUNCTION = re.compile(r"typedef\s+fmi3Status\s+(fmi3\w+)TYPE\s*\(([^;]*)\);")
 _PRIVATE = re.compile(
-    r"\bdrive_(init|reset|follow_profile|command|command_ramp|step|update|time|whirl|tilt)\b"
+    r"\bdrive_(init|reset|follow_profile|command|command_ramp|step|step_part|update|time|whirl|tilt)\b"
 )
 """Pattern of the functions of drive.h."""
 

@@ -197,12 +197,13 @@ static void unwind(struct drive *d)
     (void)d;
 }
 
-/* Take a step, or a part of one that begins at an offset within it [s], along one segment. */
-static int take_part(struct drive *d, int segment, double offset, double length)
+/* Take a step, or a part of one that begins at an offset within it [s], along one segment. The
+ * outputs are those of the time `end`, where the last part ends. */
+static int take_part(struct drive *d, int segment, double offset, double length, double end)
 {
     const struct drive_segment *s = &d->segment[segment];
     const double begin = ((double)d->steps * STEP - s->start) + offset;
-    const double whole = (double)(d->steps + 1) * STEP - s->start;
+    const double whole = end - s->start;
     double trial[STATES];
     if (d->slope_segment != segment || d->slope_time != begin)
         look(d, segment, begin, begin);
@@ -216,14 +217,17 @@ static int take_part(struct drive *d, int segment, double offset, double length)
     return 1;
 }
 
-static int take_step(struct drive *d)
+/* Continue a step up to an offset from its beginning [s]; STEP: to its end. */
+static int take_step(struct drive *d, double stop)
 {
-    const double begin = (double)d->steps * STEP, end = (double)(d->steps + 1) * STEP;
+    const double begin = (double)d->steps * STEP;
+    const double end = stop == STEP ? (double)(d->steps + 1) * STEP : begin + stop;
     int segment = segment_after(d, begin);
     const struct drive_segment *s = &d->segment[segment];
-    if (longest_step(s) == STEP && (isinf(s->end) || end <= s->end + same_instant(s->end)))
-        return take_part(d, segment, 0.0, STEP);
-    for (double now = begin;;) {
+    if (d->offset == 0.0 && stop == STEP && longest_step(s) == STEP &&
+        (isinf(s->end) || end <= s->end + same_instant(s->end)))
+        return take_part(d, segment, 0.0, STEP, end);
+    for (double now = begin + d->offset;;) {
         segment = segment_after(d, now);
         s = &d->segment[segment];
         const double until = s->end < end - same_instant(end) ? s->end : end;
@@ -231,7 +235,7 @@ static int take_step(struct drive *d)
         const double count = fmax(1.0, ceil((until - now) / longest - 1e-9));
         const double length = (until - now) / count;
         for (double k = 0.0; k < count; k += 1.0)
-            if (!take_part(d, segment, (now - begin) + k * length, length))
+            if (!take_part(d, segment, (now - begin) + k * length, length, end))
                 return 0;
         if (until == end)
             return 1;
@@ -242,15 +246,28 @@ static int take_step(struct drive *d)
 enum drive_status drive_step(struct drive *d, long steps)
 {
     for (long k = 0; k < steps; k++) {
-        if (!take_step(d)) {
+        if (!take_step(d, STEP)) {
             d->slope_segment = -1;
             return DRIVE_DIVERGED;
         }
         d->steps++;
+        d->offset = 0.0;
 @if sensors
         sense(d);
 @end
     }
+    return DRIVE_OK;
+}
+
+enum drive_status drive_step_part(struct drive *d, double offset)
+{
+    if (!(offset > d->offset && offset < STEP))
+        return DRIVE_REFUSED;
+    if (!take_step(d, offset)) {
+        d->slope_segment = -1;
+        return DRIVE_DIVERGED;
+    }
+    d->offset = offset;
     return DRIVE_OK;
 }
 
@@ -266,6 +283,7 @@ void drive_init(struct drive *d)
 void drive_reset(struct drive *d)
 {
     d->steps = 0;
+    d->offset = 0.0;
     memcpy(d->y, start_state, sizeof start_state);
 @if balls
     for (int i = 0; i < BALLS; i++) {
@@ -350,7 +368,7 @@ enum drive_status drive_command_ramp(struct drive *d, double speed, double accel
 
 double drive_time(const struct drive *d)
 {
-    return (double)d->steps * STEP;
+    return (double)d->steps * STEP + d->offset;
 }
 
 double drive_whirl(const struct drive *d)

@@ -36,7 +36,7 @@ enum {
 @SENSOR_NAMES@
 enum drive_status {
     DRIVE_OK,
-    DRIVE_REFUSED, /* a command beyond the limits; nothing has changed */
+    DRIVE_REFUSED, /* a command or an offset beyond the limits; nothing has changed */
     DRIVE_DIVERGED /* the state went beyond all bounds; the last valid state is kept */
 };
 
@@ -69,7 +69,8 @@ struct drive {
     struct drive_outputs out;
 
     /* Private: */
-    int64_t steps; /* number of steps taken */
+    int64_t steps; /* number of whole steps taken */
+    double offset; /* time since the last whole step [s] */
     double y[DRIVE_STATES]; /* @STATE_NAMES@ */
     double slope[DRIVE_STATES]; /* dy/dt */
     double slope_time; /* time of the slope since its segment began [s] */
@@ -115,8 +116,14 @@ void drive_follow_profile(struct drive *d);
 enum drive_status drive_command(struct drive *d, double speed);
 enum drive_status drive_command_ramp(struct drive *d, double speed, double acceleration);
 
-/* Take steps and set the outputs at the end of the last one. */
+/* Take steps and set the outputs at the end of the last one. The first completes a step that
+ * drive_step_part began. */
 enum drive_status drive_step(struct drive *d, long steps);
+
+/* Begin the next step or continue it, up to an offset from its beginning [s], above the present one
+ * and below DRIVE_STEP. Needed only for times between two steps: results differ from those of whole
+ * steps by less than the error of a step. Accelerometers read at whole steps. */
+enum drive_status drive_step_part(struct drive *d, double offset);
 
 /* Set the outputs of the present state after a change of parameters. */
 void drive_update(struct drive *d);

@@ -5,6 +5,7 @@
  * Functions have their plain names, as a shared library needs them. To link several FMUs statically,
  * define FMI3_FUNCTION_PREFIX as @IDENTIFIER@_ when this file is compiled.
  */
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -228,7 +229,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     struct fmu *own = instance;
     struct fmu_state *state;
     fmi3Status status;
-    double steps;
+    double rounding, until, steps, offset;
     char text[240];
     (void)no_return;
     if (!own || !is_in(own, STEP, STEP, "fmi3DoStep"))
@@ -239,7 +240,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     refresh(state);
     *event = *terminate = *early = false;
     *last = state->time;
-    /* The FMU counts steps. Times that an importer adds up drift from them by rounding. */
+    /* The FMU counts time itself. Times that an importer adds up drift from them by rounding. */
     if (!(fabs(now - state->time) <= TOLERANCE(now))) {
         snprintf(text, sizeof text, "currentCommunicationPoint = %.17g s: the FMU is at %.17g s",
                  now, state->time);
@@ -252,16 +253,25 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
                  "there; compute times as products, not as sums", now, state->time);
         say(own, fmi3Warning, text);
     }
-    steps = round(size / DRIVE_STEP);
-    if (!(size > 0.0 && steps >= 1.0 && steps < 1e9 &&
-          fabs(steps * DRIVE_STEP - size) <= 1e-6 * DRIVE_STEP + 1e-12 * fabs(now + size))) {
+    /* Whole steps, the same as those of drive_step alone, and a part of one if the end is between
+     * two steps. */
+    rounding = 1e-9 * DRIVE_STEP + 4.0 * DBL_EPSILON * (fabs(now) + size);
+    until = state->drive.offset + size;
+    steps = round(until / DRIVE_STEP);
+    offset = 0.0;
+    if (!(size > 0.0 && steps < 1e9)) {
         snprintf(text, sizeof text,
-                 "communicationStepSize = %.17g s: must be a multiple of the step, %g s", size,
-                 DRIVE_STEP);
+                 "communicationStepSize = %.17g s: must be above 0 and below %g s", size,
+                 1e9 * DRIVE_STEP);
         return say(own, fmi3Error, text);
     }
+    if (fabs(steps * DRIVE_STEP - until) > rounding) {
+        steps = floor(until / DRIVE_STEP);
+        offset = until - steps * DRIVE_STEP;
+    }
     status = follow(own);
-    if (drive_step(&state->drive, (long)steps) == DRIVE_DIVERGED) {
+    if (drive_step(&state->drive, (long)steps) == DRIVE_DIVERGED ||
+        (offset > 0.0 && drive_step_part(&state->drive, offset) == DRIVE_DIVERGED)) {
         refresh(state);
         *last = state->time;
         return say(own, fmi3Error, "the drive went beyond all bounds: a parameter is too large, or "
