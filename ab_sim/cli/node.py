@@ -148,7 +148,7 @@ def get_command(options: GetOptions) -> None:
         from ab_sim.nodes.caller import PARAMETERS
 
         caller.wait_for_services(node, PARAMETERS)
-        values = caller.parameters(options.names)
+        values = caller.parameters(options.names or ())
     for key, value in values.items():
         print(visible(f"{key}: {_written(value)}"))
 

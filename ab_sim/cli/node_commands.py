@@ -92,7 +92,7 @@ class GetOptions(NamedTuple):
         names [NAME]...: Names of parameters. Default: all.
     """
 
-    names: Annotated[list[str], Argument(show_default=False)] = []
+    names: Annotated[list[str] | None, Argument(show_default=False)] = None
     namespace: Namespace = ""
     node: Node = DRIVE
     wait: Wait = 5.0

@@ -1,14 +1,17 @@
 """What the help says arrives as it was written."""
 
 import importlib
+import inspect
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from typer.main import get_command
+from typer.models import ArgumentInfo
 from typer.testing import CliRunner
 
 from ab_sim.cli.app import HEADINGS, app
@@ -43,6 +46,19 @@ def installed(environment: dict[str, str], *arguments: str) -> str:
 
 def bracketed(text: str) -> list[str]:
     return re.findall(r"\[[^]]+\]", text)
+
+
+def test_lists_of_arguments_have_no_default() -> None:
+    """Click 8.1, which setup.py allows, takes none."""
+    seen = 0
+    commands = COMMANDS | COMMANDS["node"].commands
+    for command in (command for name, command in commands.items() if name != "node"):
+        for parameter in inspect.signature(command.callback).parameters.values():
+            kind, *info = get_args(parameter.annotation)
+            if info and isinstance(info[0], ArgumentInfo) and "list" in str(kind):
+                assert parameter.default in (None, parameter.empty), f"{command.name}: {parameter}"
+                seen += 1
+    assert seen >= 7
 
 
 def test_there_are_units_to_look_for() -> None:

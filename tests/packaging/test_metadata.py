@@ -111,6 +111,18 @@ def test_the_wheel_says_where_to_look(tmp_path: Path) -> None:
     assert "Programming Language :: Python :: 3.14" in said.get_all("Classifier")
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert said["Keywords"].split(",") == citation["keywords"]
+    peers = re.compile(r"extra == .peers")  # for benchmarks, in any version
+    requirements = [each for each in said.get_all("Requires-Dist") if not peers.search(each)]
+    required = {name(requirement) for requirement in requirements}
+    for release in ("kilted", "jazzy"):
+        files = [ROOT / "constraints.txt", ROOT / f"constraints-{release}.txt"]
+        lines = [line for file in files for line in file.read_text().splitlines()]
+        assert required - {name(line) for line in lines if re.match(r"\w", line)} == set()
+
+
+def name(requirement: str) -> str:
+    """Return the package of a requirement, normalised as in PEP 503."""
+    return re.sub(r"[-_.]+", "-", re.match(r"[\w.-]+", requirement)[0]).lower()
 
 
 def test_workflows_run_targets_that_there_are() -> None:
