@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     )
     from ab_sim.api.sizing import size
     from ab_sim.base.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
-    from ab_sim.base.scene_files import scene_names
+    from ab_sim.base.yaml_files import scene_names
     from ab_sim.design.basin import basin
     from ab_sim.design.batch.simulate import simulate_batch
     from ab_sim.design.derivatives import metric_sensitivities, sensitivities
@@ -132,7 +132,7 @@ _MODULES = {
     "show.reports.compare": ("compare_recording",),
     "scene.load": ("load_scene",),
     "scene.model": ("Scene",),
-    "base.scene_files": ("scene_names",),
+    "base.yaml_files": ("scene_names",),
     "analysis.accuracy_cost": ("accuracy_cost",),
     "analysis.effect_cost": ("effect_cost",),
 }

@@ -13,7 +13,7 @@ import argparse
 import hashlib
 from collections.abc import Iterable
 
-from ab_sim.base.scene_files import scene_names
+from ab_sim.base.yaml_files import scene_names
 from ab_sim.drive import Drive
 from ab_sim.engine.kernels.code import code_of
 from ab_sim.model.dynamics.assemble import system_of

@@ -13,7 +13,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from ab_sim.base.limited_yaml import read_yaml
+from ab_sim.base.yaml_files import read_yaml
 
 SWITCH = ("true", "false")
 ARGUMENTS = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.metrics.wording import angles_text
-from ab_sim.base.conventions import in_one_turn
+from ab_sim.base.presentation import in_one_turn
 from ab_sim.show.figures.curves import in_degrees
 
 

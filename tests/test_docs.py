@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from ab_sim.base.errors import SceneError
 from ab_sim.cli.app import app
 from ab_sim.scene import check_scene, load_scene
-from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.load import load_profile
 from ab_sim.scene.registry import effect_classes
 
 pytestmark = pytest.mark.long

@@ -11,7 +11,7 @@ import pytest
 
 from ab_sim import sweep
 from ab_sim.base.errors import AbSimError
-from ab_sim.base.limited_yaml import read_yaml_file
+from ab_sim.base.yaml_files import read_yaml_file
 from ab_sim.cli.scene_commands import ViewOptions
 from ab_sim.cli.view import run_view
 from ab_sim.design.fitted_spread import fitted_tolerances

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import check_can_be_made, check_writable, write_whole
+from ab_sim.base.files import check_can_be_made, check_writable, write_whole
 
 NO_FILES = Path("/proc")
 """Folder in which nobody can create files, regardless of its permissions."""

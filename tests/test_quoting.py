@@ -11,8 +11,7 @@ from xml.dom import minidom
 import pytest
 from matplotlib.figure import Figure
 
-from ab_sim.base.errors import SceneError
-from ab_sim.base.quoting import MOST, short, visible
+from ab_sim.base.errors import MOST, SceneError, short, visible
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.record.recording import Recording
 from ab_sim.scene import find_scene, load_scene

@@ -12,7 +12,7 @@ DRIVE = "ab_sim.drive.drive"
 
 def test_a_package_counts_by_the_version_of_the_distribution_that_has_it() -> None:
     found = sources([DRIVE])
-    assert "ab_sim.base.limited_yaml" in found  # imports yaml, which PyYAML installs
+    assert "ab_sim.base.yaml_files" in found  # imports yaml, which PyYAML installs
     assert not [module for module in found if module.partition(".")[0] == "yaml"]
     assert versions(found)["yaml"] == metadata.version("PyYAML")
     assert versions(found)["numpy"] == metadata.version("numpy")

@@ -10,7 +10,7 @@ import pytest
 import ab_sim
 from ab_sim.analysis.maps.family import values_of
 from ab_sim.base.errors import AbSimError
-from ab_sim.base.written_numbers import number_in, whole_number_in
+from ab_sim.base.numbers import number_in, whole_number_in
 from ab_sim.cli.recovery import drags_of
 from ab_sim.design.sizing.specification import SpecificationTexts, specification_of
 from ab_sim.drive.faults.fault import faults_of

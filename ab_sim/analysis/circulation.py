@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.scene.shown_units import ShownUnit
+from ab_sim.scene.units import ShownUnit
 
 RAD_PER_S = ShownUnit("rad/s", 1.0)
 TURNS = 1.0

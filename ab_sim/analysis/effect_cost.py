@@ -17,8 +17,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.base.errors import DivergedError, InputError, SceneError
-from ab_sim.base.presentation import Column, Columns, Presented
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Column, Columns, Presented, Progress
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.engine.integrate.choose import choose_stepper

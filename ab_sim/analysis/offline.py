@@ -14,10 +14,8 @@ from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest
-from ab_sim.base.conventions import LAST
 from ab_sim.base.errors import InputError, exact
-from ab_sim.base.presentation import Columns, Presented, drawn, ends, number
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import LAST, Columns, Presented, Progress, drawn, ends, number
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.drive.adaptive_controller import AdaptiveController

@@ -17,9 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import ab_sim
-from ab_sim.base.cache_folder import cache_folder
-from ab_sim.base.output_file import write_whole
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import visible
+from ab_sim.base.files import cache_folder, write_whole
 from ab_sim.base.sources import NotOfSources, sources, versions
 from ab_sim.engine.integrate import steppers as steppers_folder
 from ab_sim.engine.integrate.registry import steppers

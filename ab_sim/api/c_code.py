@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ab_sim.base.output_file import FMU, check_ending, check_writable
+from ab_sim.base.files import FMU, check_ending, check_writable
 from ab_sim.export.c_code import writing
 from ab_sim.export.c_code.sources import sources_of
 from ab_sim.scene.load import SceneLike, as_scene

@@ -5,9 +5,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, short
+from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import Workers
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.identification.files import Files, read_files
 from ab_sim.identification.result import Identification
 from ab_sim.identification.run import Question, run_identification

@@ -5,7 +5,7 @@ from ab_sim.analysis.maps import stability
 from ab_sim.analysis.maps.plane import COUNT, Axis, Plane, axis
 from ab_sim.analysis.maps.stability import COARSE, StabilityMap
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.scene.load import SceneLike, as_scene
 
 Range = tuple[str, float, float] | tuple[str, float, float, int]

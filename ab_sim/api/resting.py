@@ -14,7 +14,7 @@ from ab_sim.analysis.recovery.over_drag import DRAGS
 from ab_sim.analysis.recovery.response import BAND
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
 

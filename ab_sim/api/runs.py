@@ -6,7 +6,7 @@ from pathlib import Path
 from ab_sim import analysis
 from ab_sim.analysis import OfflineRun
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.drive import Drive, accuracy
 from ab_sim.drive.accuracy import WorkPrecision
 from ab_sim.drive.description import describe

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ab_sim.api.design import executors_of
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.design.sizing.size import RUNS, Sizing, run_sizing
 from ab_sim.design.sizing.specification import (
     BALLS,

@@ -1,6 +1,7 @@
-"""Errors of ab_sim, each with its exit code on the command line."""
+"""Errors of ab_sim, each with its exit code on the command line, and texts for their messages."""
 
 import difflib
+import unicodedata
 from collections.abc import Iterable
 from decimal import Decimal
 
@@ -124,3 +125,37 @@ def nearest(word: str, candidates: Iterable[str], similarity: float = 0.5) -> st
     """
     near = difflib.get_close_matches(word, list(candidates), n=1, cutoff=similarity)
     return f"; did you mean {near[0]!r}?" if near else ""
+
+
+MOST = 200
+"""Largest number of characters of a quoted value."""
+
+
+def visible(text: str) -> str:
+    """Return a text with control characters replaced by their codes; line breaks are kept.
+
+    A terminal would execute control characters, which may hide, move, colour or reverse text. The
+    codes are in Python's notation; an escape, for example, becomes four characters.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c in "\n\t" or unicodedata.category(c) == "Zs" else ascii(c)[1:-1]
+        for c in text
+    )
+
+
+def short(value: object) -> str:
+    """Return a value in Python's notation, without its middle if it is long."""
+    try:
+        return shortened(repr(value))
+    except ValueError:  # Python does not write an int of more than 4300 digits
+        return f"<{type(value).__name__} of too many digits to write>"
+
+
+def shortened(text: str) -> str:
+    """Return a text without its middle if it is long."""
+    if len(text) <= MOST:
+        return text
+    half = MOST // 2
+    return f"{text[:half]} ... {text[-half:]}"

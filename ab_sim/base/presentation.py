@@ -1,21 +1,55 @@
 """Presentation of results: in a terminal, in a notebook, as a picture and as a data frame.
 
 A result class provides *facts*, short texts by name, and may provide *columns* of a table. Its
-drawing function is imported by name on use, because matplotlib takes long to import.
+drawing function is imported by name on use, because matplotlib takes long to import. Conventions
+of all outputs are here, too: notation, range of displayed angles, and span of final values.
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar, cast
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    Angles = TypeVar("Angles", float, np.ndarray)
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+
+PAGE = "docs/conventions.md"
+ANGLES = f"{PAGE}#angles"
+WHIRL = f"{PAGE}#whirl-and-we"
+MASSES = f"{PAGE}#where-masses-are"
+NOTATION = f"Symbols, signs, angles: {PAGE}"
+"""Note under tables, pictures and pages with symbols."""
+
+TURN = 2.0 * math.pi
+LAST_ANGLE = math.radians(30.0)
+"""End of the turn in which ball angles are shown [rad]."""
+
+LAST = 0.1
+"""Fraction of the run at its end over which final values are computed."""
+
+
+def last_stretch(samples: int) -> int:
+    """Return the number of samples at the end of a run over which final values are computed."""
+    return max(1, round(LAST * samples))
+
+
+def in_one_turn(angles: Angles) -> Angles:
+    """Shift ball angles [rad] by whole turns into the range from -330 (exclusive) to 30 deg.
+
+    Angles in this range are unchanged. Balls start and rest near the unbalance (0) or opposite to
+    it (-180), so they rarely pass the end of the range, 30 deg ahead of the unbalance.
+    """
+    return angles + TURN * ((LAST_ANGLE - angles) // TURN)
+
 
 DRAWERS = "ab_sim.show.figures.result_figures"
 """Module that draws each ``_picture`` of a result."""
@@ -166,3 +200,8 @@ def _cell(value: object) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return escape(", ".join(f"{x:.4g}" if isinstance(x, float) else str(x) for x in value))
     return "-" if value is None else escape(str(value))
+
+
+Progress = Callable[[str, int, int], None]
+"""Callback that gets the name of the present work, the finished count and the total count. An
+exception that it raises ends the work."""

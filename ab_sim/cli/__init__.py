@@ -16,8 +16,7 @@ def main() -> None:
     Exit codes: 0 done, 1 refused by a node, 2 bad input, 3 diverged, 130 interrupted.
     """
     interruption.watch()
-    from ab_sim.base.errors import AbSimError, Interrupted
-    from ab_sim.base.quoting import visible
+    from ab_sim.base.errors import AbSimError, Interrupted, visible
 
     try:
         from ab_sim.cli.app import app

@@ -9,8 +9,8 @@ import typer
 from typer.core import TyperGroup
 
 import ab_sim
+from ab_sim.base.errors import visible
 from ab_sim.base.plug_ins import load_files
-from ab_sim.base.quoting import visible
 from ab_sim.cli.analysis_commands import stability_and_vibration
 from ab_sim.cli.design_commands import choose_a_design
 from ab_sim.cli.node_commands import node_commands

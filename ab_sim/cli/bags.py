@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ab_sim.base.errors import AbSimError, InputError
-from ab_sim.base.output_file import (
+from ab_sim.base.files import (
     CSV,
     PARQUET,
     RECORDING,
@@ -15,7 +15,7 @@ from ab_sim.base.output_file import (
     check_folder,
     check_writable,
 )
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.checks import check_positive, require_ros
 from ab_sim.cli.outputs import people, print_written, results
 from ab_sim.cli.progress import progress_bar

@@ -1,8 +1,8 @@
 """`ab-sim c` and `ab-sim urdf`."""
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import FMU
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import FMU
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.recording_commands import UrdfOptions
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import COptions

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from ab_sim.base.errors import InputError
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, short
 
 if TYPE_CHECKING:
     from ab_sim.design.sweep import Sweep

@@ -9,7 +9,7 @@ from rich.table import Table
 from ab_sim.analysis.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
 from ab_sim.analysis.effect_cost import EffectCost, VariantCost, effect_cost
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
 from ab_sim.scene import load_scene

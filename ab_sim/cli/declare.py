@@ -48,7 +48,7 @@ class Heading(typer.Typer):
         def register(options: Options) -> Options:
             def call(**values: Any) -> None:
                 if (scene := values.get("scene")) is not None:
-                    from ab_sim.base.scene_files import find_scene
+                    from ab_sim.base.yaml_files import find_scene
 
                     find_scene(scene)  # refuses a missing scene before slow imports
                 module, _, function = work.partition(":")

@@ -7,7 +7,7 @@ import threading
 from rich.text import Text
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import check_writable
+from ab_sim.base.files import check_writable
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.scene_commands import DemoOptions
 from ab_sim.cli.watching import (

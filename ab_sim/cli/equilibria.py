@@ -28,9 +28,8 @@ from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
-from ab_sim.base.conventions import NOTATION, in_one_turn
 from ab_sim.base.errors import DivergedError, InputError, SceneError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import NOTATION, Progress, in_one_turn
 from ab_sim.cli.analysis_commands import EquilibriaOptions, StabilityOptions
 from ab_sim.cli.checks import check_speed
 from ab_sim.cli.outputs import own_command

@@ -17,10 +17,9 @@ from ab_sim.analysis.floquet import (
     solutions_of,
 )
 from ab_sim.analysis.floquet.follow import Case
-from ab_sim.base.conventions import NOTATION, in_one_turn
 from ab_sim.base.errors import InputError
-from ab_sim.base.limited_yaml import read_yaml
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import NOTATION, Progress, in_one_turn
+from ab_sim.base.yaml_files import read_yaml
 from ab_sim.cli.analysis_commands import FloquetOptions
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.runner import Command, Draw, Outcome, picture

@@ -7,9 +7,8 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.base.errors import Interrupted
-from ab_sim.base.output_file import PAGE, SCENE
-from ab_sim.base.presentation import number, titled
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import PAGE, SCENE
+from ab_sim.base.presentation import Progress, number, titled
 from ab_sim.cli.checks import processes
 from ab_sim.cli.recording_commands import IdentifyOptions
 from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer

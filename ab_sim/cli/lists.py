@@ -9,8 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ab_sim.base.errors import InputError, nearest
-from ab_sim.base.output_file import REPORT
-from ab_sim.base.scene_files import find_scene, read_scene_file, scene_names
+from ab_sim.base.files import REPORT
+from ab_sim.base.yaml_files import find_scene, read_scene_file, scene_names
 from ab_sim.cli.outputs import PlainConsole, check_files, own_command, print_written, write_json
 from ab_sim.cli.scene_commands import (
     EffectsOptions,
@@ -183,8 +183,7 @@ def _formula_lines(formula: "Formula") -> list[str]:
 
 def print_sensors(_: SensorsOptions) -> None:
     """Print meaning, equation, source and parameters of accelerometer and proximity probe."""
-    from ab_sim.scene.probes import ProximityProbe
-    from ab_sim.scene.sensors import Accelerometer
+    from ab_sim.scene.sensors import Accelerometer, ProximityProbe
 
     for name, kind in (("accelerometer", Accelerometer), ("proximity probe", ProximityProbe)):
         console.print(_described(name, kind, kind.model_json_schema()["properties"]))

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from ab_sim.base.errors import InputError, Interrupted
-from ab_sim.base.output_file import RECORDING, check_can_be_made, check_ending, check_writable
+from ab_sim.base.files import RECORDING, check_can_be_made, check_ending, check_writable
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.scene_commands import LiveOptions
 from ab_sim.cli.watching import (

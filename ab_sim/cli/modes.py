@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from rich.table import Table
 
 from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, NaturalVibration, moving, vibration_of
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.analysis_commands import ModesOptions
 from ab_sim.cli.checks import check_speed
 from ab_sim.cli.runner import Command, Outcome, picture

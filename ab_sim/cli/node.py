@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from ab_sim.base.errors import AbSimError, InputError, Interrupted, Refused
-from ab_sim.base.limited_yaml import read_yaml
-from ab_sim.base.quoting import short, visible
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.errors import AbSimError, InputError, Interrupted, Refused, short, visible
+from ab_sim.base.numbers import number_in
+from ab_sim.base.yaml_files import read_yaml
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.node_commands import CommandOptions, GetOptions, ListOptions, SetOptions
 from ab_sim.cli.node_services import SERVICES, ServiceCommand

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.written_numbers import number_in, whole_number_in
+from ab_sim.base.numbers import number_in, whole_number_in
 
 DRIVE, CONTROLLER = "drive_sim", "profile_controller"
 

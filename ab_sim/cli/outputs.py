@@ -12,14 +12,13 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import (
+from ab_sim.base.errors import InputError, visible
+from ab_sim.base.files import (
     check_ending,
     check_writable,
     write_whole,
 )
 from ab_sim.base.presentation import finite_or_none
-from ab_sim.base.quoting import visible
 
 
 class PlainConsole(Console):

@@ -10,8 +10,8 @@ from rich.table import Table
 
 import ab_sim
 from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import check_can_be_made, check_writable, write_whole
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import check_can_be_made, check_writable, write_whole
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.analysis_commands import PaperOptions
 from ab_sim.cli.runner import Command, Outcome
 

@@ -9,7 +9,7 @@ from rich.progress import Progress as Bar
 
 from ab_sim.base.errors import AbSimError, Interrupted
 from ab_sim.base.interruption import in_order
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.outputs import people
 
 EVERY = 10.0

@@ -9,8 +9,8 @@ from rich.table import Table
 
 from ab_sim.analysis.start_state import start_from
 from ab_sim.base.errors import InputError, exact
-from ab_sim.base.output_file import PAGE, PNG
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import PAGE, PNG
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.progress import interruptible
 from ab_sim.cli.recording_commands import CompareOptions, ReportOptions, StateOptions
 from ab_sim.cli.runner import Command, Outcome, new_table, picture

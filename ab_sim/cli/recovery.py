@@ -14,8 +14,8 @@ from ab_sim.analysis.recovery import (
 )
 from ab_sim.analysis.recovery.response import LONGEST
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
-from ab_sim.base.written_numbers import number_in, whole_number_in
+from ab_sim.base.numbers import number_in, whole_number_in
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.analysis_commands import RecoveryOptions
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.scene import load_scene

@@ -5,9 +5,8 @@ from collections.abc import Iterator, Sequence
 
 from rich.table import Table
 
-from ab_sim.base.output_file import CSV, PARQUET
-from ab_sim.base.presentation import number
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import CSV, PARQUET
+from ab_sim.base.presentation import Progress, number
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes, share_of, wanted_metrics
 from ab_sim.cli.design_commands import RobustOptions
@@ -21,7 +20,7 @@ from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuesti
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.scene.shown_units import shown_units
+from ab_sim.scene.units import shown_units
 
 FINER = (0.01, 0.001)
 """Half-widths for which the necessary number of runs is printed."""

@@ -13,18 +13,17 @@ from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
 from ab_sim.analysis.metrics.metric import Display, Metric, Row
 from ab_sim.analysis.metrics.wording import ANGULAR_SPEED, number_text, speed_text
-from ab_sim.base.conventions import ANGLES, LAST, WHIRL
 from ab_sim.base.errors import InputError, exact
-from ab_sim.base.output_file import RECORDING
-from ab_sim.base.progress import Progress
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.files import RECORDING
+from ab_sim.base.numbers import number_in
+from ab_sim.base.presentation import ANGLES, LAST, WHIRL, Progress
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions
 from ab_sim.drive import Drive
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import Scene, load_scene
-from ab_sim.scene.shown_units import ShownUnit, shown_units
+from ab_sim.scene.units import ShownUnit, shown_units
 
 INTERVALS = 100
 """Number of intervals between samples in the JSON, if no times are given."""

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 from rich.table import Table
 
 from ab_sim.base.errors import InputError, NothingFound
-from ab_sim.base.output_file import PICTURE, REPORT, write_whole
-from ab_sim.base.presentation import Presented
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import PICTURE, REPORT, write_whole
+from ab_sim.base.presentation import Presented, Progress
 from ab_sim.cli.outputs import (
     Output,
     check_files,

@@ -7,7 +7,7 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.cli.design_commands import SensitivityOptions
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.design.batch import simulate_batch

@@ -5,9 +5,8 @@ from collections.abc import Iterator
 
 from rich.table import Table
 
-from ab_sim.base.output_file import SCENE
-from ab_sim.base.presentation import number
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import SCENE
+from ab_sim.base.presentation import Progress, number
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, share_of
 from ab_sim.cli.design_commands import SizeOptions

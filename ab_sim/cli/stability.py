@@ -15,7 +15,7 @@ from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.analysis_commands import StabilityOptions
 from ab_sim.cli.checks import check_speed, processes

@@ -6,9 +6,8 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.analysis.metrics.metric import Better, metrics_named
-from ab_sim.base.output_file import CSV, PARQUET
-from ab_sim.base.presentation import number
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import CSV, PARQUET
+from ab_sim.base.presentation import Progress, number
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes, wanted_metrics
 from ab_sim.cli.design_commands import SweepOptions
@@ -18,7 +17,7 @@ from ab_sim.design.points import points_of
 from ab_sim.design.sweep import Sweep, run_sweep
 from ab_sim.design.variables import variable_of
 from ab_sim.scene import load_scene
-from ab_sim.scene.shown_units import shown_units
+from ab_sim.scene.units import shown_units
 
 
 def sweep_command(options: SweepOptions) -> Command:

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from rich.table import Table
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import PARQUET, SCENE
-from ab_sim.base.presentation import number
-from ab_sim.base.progress import Progress
+from ab_sim.base.files import PARQUET, SCENE
+from ab_sim.base.presentation import Progress, number
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes
 from ab_sim.cli.design_commands import TuneOptions
@@ -25,7 +24,7 @@ from ab_sim.design.tolerances import tolerance_of
 from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
 from ab_sim.scene import load_scene
-from ab_sim.scene.shown_units import shown_units
+from ab_sim.scene.units import shown_units
 
 
 def tune_command(options: TuneOptions) -> Command:

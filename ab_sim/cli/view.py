@@ -2,8 +2,7 @@
 
 from ab_sim.base import interruption
 from ab_sim.base.errors import AbSimError, InputError
-from ab_sim.base.input_file import check_regular
-from ab_sim.base.output_file import RECORDING, check_ending
+from ab_sim.base.files import RECORDING, check_ending, check_regular
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.scene_commands import ViewOptions
 from ab_sim.show.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view

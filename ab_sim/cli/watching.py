@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from rich.progress import BarColumn, Progress, TextColumn
 
-from ab_sim.base.conventions import in_one_turn
 from ab_sim.base.errors import InputError, Interrupted
+from ab_sim.base.presentation import in_one_turn
 from ab_sim.cli.outputs import PlainConsole, own_command
 from ab_sim.scene import Scene
 from ab_sim.show.viewing import SHOWING, WEB, check_view, screens

@@ -20,8 +20,7 @@ from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.judging import limits_of
 from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.base.errors import InputError, SceneError
-from ab_sim.base.presentation import Column, Columns, Presented, number
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Column, Columns, Presented, Progress, number
 from ab_sim.base.workers import Workers
 from ab_sim.design.batch import simulate_batch
 from ab_sim.drive.accuracy import resolve_accuracy

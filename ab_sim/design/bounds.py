@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
-from ab_sim.base.errors import InputError, exact
+from ab_sim.base.errors import InputError, exact, short
+from ab_sim.base.numbers import number_in
 from ab_sim.base.presentation import number
-from ab_sim.base.quoting import short
-from ab_sim.base.written_numbers import number_in
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 FORMS = (

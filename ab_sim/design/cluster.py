@@ -21,9 +21,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import urlsplit
 
 import ab_sim
-from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.errors import AbSimError, InputError, short, visible
 from ab_sim.base.plug_ins import GROUP, LOAD, loaded_files
-from ab_sim.base.quoting import short, visible
 from ab_sim.base.sources import NotOfSources
 from ab_sim.base.workers import KEPT, WorkerLost
 from ab_sim.design.remote_call import Answer, Differs, Done, Raised, RemoteCall

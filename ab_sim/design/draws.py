@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.base.errors import InputError, SceneError, exact
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, SceneError, exact, short
 from ab_sim.design.distributions import Discrete, Distribution, Normal
 from ab_sim.design.points import MOST, check_within
 from ab_sim.design.tolerances import (

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.input_file import check_regular
+from ab_sim.base.files import check_regular
 from ab_sim.design.distributions import Loading
 from ab_sim.design.tolerances import OFFSET, Tolerance
 

@@ -17,10 +17,8 @@ import pyarrow
 from pyarrow import parquet
 
 from ab_sim.analysis.results import Results
-from ab_sim.base.errors import InputError
-from ab_sim.base.file_locks import lock
-from ab_sim.base.output_file import write_whole
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import InputError, visible
+from ab_sim.base.files import lock, write_whole
 from ab_sim.design.judged import RUN, Job, judged, modules_of
 
 SUFFIX = ".parquet"

@@ -7,8 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ab_sim.base.errors import InputError
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, short
 from ab_sim.design.variables import ListedValues, Range, Variable
 
 MOST = 10_000_000

@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.base.errors import InputError, SceneError
-from ab_sim.base.limited_yaml import yaml_text
-from ab_sim.base.output_file import write_whole
+from ab_sim.base.errors import InputError, SceneError, short
+from ab_sim.base.files import write_whole
 from ab_sim.base.presentation import Column, Columns, Presented
-from ab_sim.base.quoting import short
+from ab_sim.base.yaml_files import yaml_text
 from ab_sim.design.bounds import Bound
 from ab_sim.design.intervals import MeanInterval, PairedShares, QuantileOfMetric, ShareBalanced
 from ab_sim.design.judged import Job, varied_scene

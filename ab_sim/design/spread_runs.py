@@ -9,7 +9,7 @@ import pyarrow
 
 from ab_sim.analysis.metrics.metric import MetricKind
 from ab_sim.base.errors import InputError, exact
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.design.bounds import Bound, bound_of
 from ab_sim.design.draws import DrawnPoints, ExchangedPoints
 from ab_sim.design.intervals import (

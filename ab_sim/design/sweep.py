@@ -15,12 +15,9 @@ from pyarrow import csv, parquet
 import ab_sim
 from ab_sim.analysis.metrics.metric import Better
 from ab_sim.analysis.metrics.verdict import BALANCED
-from ab_sim.base.errors import InputError, SceneError
-from ab_sim.base.input_file import check_regular
-from ab_sim.base.output_file import replacing
-from ab_sim.base.presentation import Column, Columns, Presented, number, titled
-from ab_sim.base.progress import Progress
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, SceneError, short
+from ab_sim.base.files import check_regular, replacing
+from ab_sim.base.presentation import Column, Columns, Presented, Progress, number, titled
 from ab_sim.design.judged import (
     FAILURE,
     OUTCOME,
@@ -38,7 +35,7 @@ from ab_sim.drive.overlap import together_at_start
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene.shown_units import ShownUnit, ShownUnits, shown_units
+from ab_sim.scene.units import ShownUnit, ShownUnits, shown_units
 
 if TYPE_CHECKING:
     from xarray import Dataset  # type: ignore[import-not-found, unused-ignore]

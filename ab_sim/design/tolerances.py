@@ -4,10 +4,9 @@ import math
 import re
 from typing import Any, NamedTuple
 
-from ab_sim.base.errors import InputError, exact
-from ab_sim.base.limited_yaml import read_yaml
-from ab_sim.base.quoting import short
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.errors import InputError, exact, short
+from ab_sim.base.numbers import number_in
+from ab_sim.base.yaml_files import read_yaml
 from ab_sim.design.distributions import (
     LEAST_LEFT,
     Discrete,

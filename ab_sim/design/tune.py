@@ -12,9 +12,8 @@ import pyarrow
 import ab_sim
 from ab_sim.analysis.metrics.metric import Better
 from ab_sim.base.errors import InputError
-from ab_sim.base.limited_yaml import yaml_text
-from ab_sim.base.presentation import Column, Columns, Presented, number
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Column, Columns, Presented, Progress, number
+from ab_sim.base.yaml_files import yaml_text
 from ab_sim.design.candidates import Candidates, Spreading
 from ab_sim.design.judged import OUTCOME, Job, Point, has_settled, judged, metric_columns
 from ab_sim.design.points import check_keys

@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.base.errors import InputError, exact
-from ab_sim.base.limited_yaml import read_yaml
-from ab_sim.base.quoting import short
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.errors import InputError, exact, short
+from ab_sim.base.numbers import number_in
+from ab_sim.base.yaml_files import read_yaml
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 

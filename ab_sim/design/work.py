@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeVar, overload
 import numpy as np
 import pyarrow
 
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import Workers
 from ab_sim.design.cluster import Cluster
 from ab_sim.design.judged import RUN, Job, Point, judged, modules_of, schema_of

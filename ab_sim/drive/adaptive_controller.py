@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
-from ab_sim.base.stored_numbers import reason_of
+from ab_sim.base.numbers import reason_of
 from ab_sim.control import SensorFacts, StartUp, StartUpSettings, State
 from ab_sim.control.settings import Quantity
 from ab_sim.drive.controller import TimedDecision, stamped_time
@@ -15,8 +15,8 @@ from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.sensing import digits, noise_variance
 from ab_sim.drive.trajectory import Trajectory, taken
-from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.model import Scene
+from ab_sim.scene.profiles import AdaptiveProfile
 from ab_sim.scene.sensors import steps_per_sample
 
 

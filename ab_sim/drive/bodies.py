@@ -14,8 +14,8 @@ from ab_sim.drive.snapshot_bounds import check_bounds
 from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.model.dynamics.system import DIRECTION, TURNS
 from ab_sim.model.equations.neighbours import reduced
-from ab_sim.scene.frames import DECK, SPINDLE, ball_frame
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sensors import DECK, SPINDLE, ball_frame
 
 OFF_RACE = 0.01
 """Largest distance of a ball's new position from its race, in race radii."""

@@ -7,8 +7,8 @@ from ab_sim.drive.controller import RunController
 from ab_sim.drive.faults.fault import Fault
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.segments_controller import SegmentsController
-from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.model import Scene
+from ab_sim.scene.profiles import AdaptiveProfile
 
 
 def controller_of(scene: Scene, faults: Iterable[Fault] = ()) -> RunController | None:

@@ -17,9 +17,9 @@ from ab_sim.model.dynamics.layout import layout_of
 from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.model.dynamics.system import TURNS, System, has_motor
 from ab_sim.model.equations.neighbours import reduced
-from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import inertia_matrix
 
 
 def with_disc(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
-from ab_sim.base.stored_numbers import reason_of
+from ab_sim.base.numbers import reason_of
 from ab_sim.drive.controller import TimedDecision, stamped_time
 from ab_sim.drive.faults.fault import VIBRATION, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
@@ -15,8 +15,8 @@ from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.model.spindle.schedule import SpeedSchedule
 from ab_sim.model.spindle.segments_execution import PERIOD, SILENCE, SegmentsExecution
+from ab_sim.scene.load import RequestedProfile
 from ab_sim.scene.model import Scene
-from ab_sim.scene.profile_file import RequestedProfile
 from ab_sim.scene.sensors import steps_per_sample
 
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ab_sim.base.quoting import short
-from ab_sim.base.stored_numbers import MOST_TIME
+from ab_sim.base.errors import short
+from ab_sim.base.numbers import MOST_TIME
 from ab_sim.drive.observation import Snapshot
 from ab_sim.model.dynamics.assemble import MOST_ANGLE, state_bounds, system_of
 from ab_sim.model.dynamics.layout import layout_of

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
-from ab_sim.base.quoting import short, shortened
-from ab_sim.base.stored_numbers import MOST_TIME, entry, reason_of, whole
+from ab_sim.base.errors import NOT_AS_WRITTEN, InputError, short, shortened
+from ab_sim.base.numbers import MOST_TIME, entry, reason_of, whole
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.sensing import PickupState
 from ab_sim.drive.snapshot_bounds import check_bounds

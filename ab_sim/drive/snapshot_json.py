@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import ab_sim
-from ab_sim.base.errors import InputError
-from ab_sim.base.input_file import check_regular
-from ab_sim.base.output_file import REPORT, check_ending, check_writable, write_whole
-from ab_sim.base.quoting import shortened
+from ab_sim.base.errors import InputError, shortened
+from ab_sim.base.files import REPORT, check_ending, check_regular, check_writable, write_whole
 from ab_sim.base.sources import NotOfSources, sources
 
 MOST_BYTES = 1 << 24

@@ -7,9 +7,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ab_sim.base.errors import nearest
+from ab_sim.base.errors import nearest, short
 from ab_sim.base.presentation import Column, Columns, Presented, ends, number
-from ab_sim.base.quoting import short
 from ab_sim.drive.orientation import NONE, matrix_of, tilt_of
 from ab_sim.drive.units import unit_of
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from ab_sim.base.conventions import TURN
+from ab_sim.base.presentation import TURN
 from ab_sim.drive.trajectory import Trajectory
 
 SIZE, PHASE = "once_per_turn", "phase"

@@ -10,21 +10,27 @@ encoder could measure. Sensors are drawn on the deck without links, because the 
 their frames, too.
 
 Lengths are those of the scene, without exaggeration, and a runout of the race is left out. Missing
-radii of balls, disc and plate are replaced by stand-ins (`ab_sim.scene.drawn`). No link has an
-inertia: a URDF cannot describe mounts and race, so a simulator could not rebuild this drive from
-it.
+radii of balls, disc and plate are replaced by stand-ins, as in other pictures (``PLATE``, ``DISC``,
+``ball_radius``). No link has an inertia: a URDF cannot describe mounts and race, so a simulator
+could not rebuild this drive from it.
 """
 
 import math
 from collections.abc import Sequence
 from xml.etree import ElementTree as Xml
 
-from ab_sim.scene import drawn
-from ab_sim.scene.frames import DECK, HOUSING, SPINDLE, arm_frame, ball_frame, race_frame
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sensors import DECK, HOUSING, SPINDLE, arm_frame, ball_frame, race_frame
 
 Place = Sequence[float]
 
+PLATE = 1.7
+"""Half the side of the square plate that stands for a deck without mounts, in race radii."""
+DISC = 1.3
+"""Radius of the disc, in race radii."""
+MARK, MARK_PLACE = 0.07, 1.1
+"""Radius of the mark in the direction of the unbalance, and its distance from the shaft, in race
+radii."""
 _COLOURS = {
     "plate": "0.43 0.59 0.75 0.4",
     "mount": "0.75 0.75 0.47 1",
@@ -53,7 +59,7 @@ ROS2_CONTROL = {
 def urdf_of(scene: Scene, ros2_control: bool = False) -> str:
     """Return the scene as a URDF, for ``robot_description``.
 
-    Frames have the names of ``ab_sim.scene.frames`` without a namespace, which
+    Frames have the names of ``ab_sim.scene.sensors`` without a namespace, which
     robot_state_publisher and RViz put in front (`frame_prefix`, TF Prefix).
 
     Args:
@@ -84,7 +90,7 @@ def _deck(robot: Xml.Element, scene: Scene) -> None:
         corners = [*mounts, (-r, -r, 0.0), (r, r, 0.0)]
         height = math.fsum(z for *_, z in mounts) / len(mounts)
     else:
-        side = drawn.PLATE * r
+        side = PLATE * r
         corners = [(-side, -side, 0.0), (side, side, 0.0)]
         height = -max(_radii(scene), default=0.0) - _THIN * r
     low, high = (tuple(map(pick, zip(*corners, strict=True))) for pick in (min, max))
@@ -102,9 +108,9 @@ def _deck(robot: Xml.Element, scene: Scene) -> None:
 def _spindle(robot: Xml.Element, scene: Scene) -> None:
     r, height = scene.race.radius, scene.rotor.height
     spindle = _link(robot, SPINDLE, DECK, "continuous")
-    _cylinder(spindle, "disc", height, drawn.DISC * r, _THIN * r)
+    _cylinder(spindle, "disc", height, DISC * r, _THIN * r)
     _cylinder(spindle, "disc", height, 0.1 * r, 0.5 * r)
-    _sphere(spindle, "unbalance", (drawn.MARK_PLACE * r, 0.0, height), drawn.MARK * r)
+    _sphere(spindle, "unbalance", (MARK_PLACE * r, 0.0, height), MARK * r)
 
 
 def _ros2_control(robot: Xml.Element, scene: Scene) -> None:
@@ -130,7 +136,7 @@ def _ros2_control(robot: Xml.Element, scene: Scene) -> None:
 
 def _race(robot: Xml.Element, scene: Scene, number: int, height: float) -> None:
     here = [a for a, race in zip(_radii(scene), scene.balls.races, strict=True) if race == number]
-    widest = max(here, default=drawn.ball_radius(scene.race.radius, 0))
+    widest = max(here, default=ball_radius(scene.race.radius, 0))
     race = _link(robot, race_frame(number), SPINDLE, "fixed", (0.0, 0.0, height))
     _cylinder(race, "race", 0.0, scene.race.radius + widest, 2.0 * widest)
 
@@ -143,7 +149,7 @@ def _ball(robot: Xml.Element, scene: Scene, ball: int, race: int) -> None:
 
 
 def _radii(scene: Scene) -> list[float]:
-    other = drawn.ball_radius(scene.race.radius, scene.balls.count)
+    other = ball_radius(scene.race.radius, scene.balls.count)
     return [other if math.isnan(radius) else radius for radius in scene.balls.radii]
 
 
@@ -196,3 +202,8 @@ def _cylinder(
 def _text(numbers: Place) -> str:
     """Return numbers as text with the fewest digits that identify them."""
     return " ".join(repr(float(number)) for number in numbers)
+
+
+def ball_radius(race: float, count: int) -> float:
+    """Return the radius at which balls without one are drawn, in the unit of ``race``; all fit."""
+    return race * min(0.1, 2.5 / max(count, 1))

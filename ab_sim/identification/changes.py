@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import Workers
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem

@@ -5,8 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from ab_sim.base.errors import InputError, nearest
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, nearest, short
 from ab_sim.identification.inputs import check_names, measured_of
 from ab_sim.identification.mapping import Mapping as ColumnMapping
 from ab_sim.identification.mapping import number_of, read_mapping_file

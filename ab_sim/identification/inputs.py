@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from ab_sim.base.errors import InputError, nearest
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, nearest, short
 from ab_sim.identification.checks import (
     check_agree,
     check_finite,
@@ -44,8 +43,7 @@ from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.identification.tables import Table, read_table
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
-from ab_sim.scene.probes import ProximityProbe
-from ab_sim.scene.sensors import Accelerometer, Sampled, steps_per_sample
+from ab_sim.scene.sensors import Accelerometer, ProximityProbe, Sampled, steps_per_sample
 
 SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
 """Sensor class by section of a scene: accelerations and displacements."""

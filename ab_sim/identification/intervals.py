@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.identification.information import covariance_of, sum_of_squares
 from ab_sim.identification.knowledge import UNKNOWN
 from ab_sim.identification.problem import Problem

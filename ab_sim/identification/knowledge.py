@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.identification.information import ROUNDING, beyond
 from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem

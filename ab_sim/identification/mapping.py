@@ -7,12 +7,11 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from ab_sim.base.errors import InputError, nearest
-from ab_sim.base.limited_yaml import read_yaml_file
-from ab_sim.base.quoting import short
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.errors import InputError, nearest, short
+from ab_sim.base.numbers import number_in
+from ab_sim.base.yaml_files import read_yaml_file
 from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, UNITS
-from ab_sim.scene.section import Section
+from ab_sim.scene.quantities import Section
 from ab_sim.scene.units import has_unit, in_si
 
 SPELLINGS = {

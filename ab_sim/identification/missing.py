@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.base.errors import AbSimError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.identification.forward import MOTOR, KeyPlace
 from ab_sim.identification.measured import NUISANCES
 from ab_sim.identification.parameters import FitParameter

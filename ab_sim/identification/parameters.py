@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.base.errors import InputError, exact
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, exact, short
 from ab_sim.design.draws import value_of
 from ab_sim.design.variables import Range, variable_of
 from ab_sim.identification.forward import KeyPlace

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.base.errors import AbSimError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.identification.information import beyond, deviations_of
 from ab_sim.identification.knowledge import UNKNOWN, shared_numbers
 from ab_sim.identification.measured import BIAS, GAIN, Measured

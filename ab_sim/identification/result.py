@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.base.limited_yaml import yaml_text
 from ab_sim.base.presentation import Column, Columns, Presented, finite_or_none
+from ab_sim.base.yaml_files import yaml_text
 from ab_sim.identification.intervals import Estimate, Intervals
 from ab_sim.identification.knowledge import Knowledge
 from ab_sim.identification.measured import Measured

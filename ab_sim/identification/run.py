@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.base.errors import InputError, Interrupted
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import WorkerLost, Workers
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.identification.changes import Departure, changes_in

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import Workers
 from ab_sim.identification.information import deviations_of, sum_of_squares, triangle
 from ab_sim.identification.problem import Problem

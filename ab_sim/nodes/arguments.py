@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from ab_sim.base.errors import InputError
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import InputError, visible
 from ab_sim.nodes import discovery
 from ab_sim.nodes.participants import stuck_ports, unheard_users
 

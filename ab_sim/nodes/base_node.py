@@ -11,8 +11,7 @@ from rclpy.node import Node
 from rclpy.service import Service
 
 from ab_msgs_py.services import Answer, serve_switch, serve_trigger
-from ab_sim.base.errors import AbSimError
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import AbSimError, visible
 
 
 class BaseNode(Node):

@@ -11,8 +11,8 @@ from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.model.spindle.profile_execution import ProfileExecution, ProfileInputs
 from ab_sim.model.spindle.segments_execution import SegmentsExecution, waits_for_vibration
 from ab_sim.nodes.adaptive_execution import AdaptiveExecution
-from ab_sim.scene.adaptive import AdaptiveProfile
-from ab_sim.scene.profile_file import RequestedProfile
+from ab_sim.scene.load import RequestedProfile
+from ab_sim.scene.profiles import AdaptiveProfile
 
 PERIODS_AGREE = 1e-9
 """Largest relative difference between the periods of an adaptive start-up and of the commands."""

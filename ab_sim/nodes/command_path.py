@@ -18,9 +18,8 @@ import numpy as np
 
 from ab_msgs_py.set_points import SetPoints
 from ab_msgs_py.topics import PAST
-from ab_sim.base.errors import CommandError, InputError, exact
-from ab_sim.base.quoting import short
-from ab_sim.base.stored_numbers import finite, whole
+from ab_sim.base.errors import CommandError, InputError, exact, short
+from ab_sim.base.numbers import finite, whole
 from ab_sim.model.spindle import Ramp, SpeedServo
 from ab_sim.model.spindle.set_points import LATEST, TimedSpeeds, timed_speeds
 

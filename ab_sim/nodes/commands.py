@@ -13,8 +13,7 @@ from rclpy.subscription import Subscription
 from ab_msgs_py import MalformedMessage, topics
 from ab_msgs_py.samples import nanoseconds_of
 from ab_msgs_py.topic import GID_LENGTH, Topic, arrived
-from ab_sim.base.errors import CommandError, exact
-from ab_sim.base.quoting import shortened
+from ab_sim.base.errors import CommandError, exact, shortened
 from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
 from ab_sim.nodes.durations import DurationHistogram
 from ab_sim.nodes.sources import Endpoint, Sources

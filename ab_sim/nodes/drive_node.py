@@ -13,7 +13,7 @@ from rclpy.subscription import Subscription
 from ab_msgs_py import ENDED, Level
 from ab_msgs_py.services import EMERGENCY_STOP, answer_waiting
 from ab_sim.base.errors import AbSimError, CommandError, Interrupted
-from ab_sim.base.output_file import REPORT, check_ending
+from ab_sim.base.files import REPORT, check_ending
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.nodes.commands import unused_callback
 from ab_sim.nodes.drive_health import PERIOD

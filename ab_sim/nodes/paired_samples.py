@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from ab_sim.base.stored_numbers import finite, whole
+from ab_sim.base.numbers import finite, whole
 
 GAP = 50_000_000
 """Time between two spindle samples beyond which the angle in between is unknown [ns]."""

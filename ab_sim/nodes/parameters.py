@@ -20,11 +20,10 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ab_sim.base.errors import AbSimError, InputError, nearest
-from ab_sim.base.limited_yaml import read_yaml_file
-from ab_sim.base.output_file import RECORDING, check_ending, check_folder, check_writable
+from ab_sim.base.errors import AbSimError, InputError, nearest, short
+from ab_sim.base.files import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.base.plug_ins import load_files
-from ab_sim.base.quoting import short
+from ab_sim.base.yaml_files import read_yaml_file
 from ab_sim.scene.units import NO_UNIT
 
 Values = Mapping[str, Any]

@@ -15,8 +15,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from ab_sim.base import interruption
-from ab_sim.base.errors import AbSimError, InputError
-from ab_sim.base.quoting import shortened, visible
+from ab_sim.base.errors import AbSimError, InputError, shortened, visible
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.leaving import leave_graph
 

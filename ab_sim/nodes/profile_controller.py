@@ -29,7 +29,7 @@ from ab_sim.nodes.profile_action import ProfileAction
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
 from ab_sim.nodes.profile_subscriptions import ProfileSubscriptions
 from ab_sim.nodes.timed_run import TimedRun
-from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.load import load_profile
 
 REPORT_PERIOD = 1.0
 """Time between two diagnostics messages [s]."""

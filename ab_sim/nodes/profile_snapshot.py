@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.stored_numbers import entry, whole
+from ab_sim.base.numbers import entry, whole
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
 
 FORMAT = "ab_sim profile snapshot"

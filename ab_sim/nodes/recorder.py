@@ -16,7 +16,7 @@ from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, Topi
 from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import InputError, RecordingError
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.numbers import number_in
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher

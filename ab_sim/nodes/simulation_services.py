@@ -15,7 +15,7 @@ from ab_msgs_py.samples import HOUSING, frame_of
 from ab_msgs_py.services import Answer
 from ab_sim import __version__
 from ab_sim.base.errors import AbSimError, CommandError, InputError, SceneError, nearest
-from ab_sim.base.scene_files import find_scene, read_scene_file, scene_names
+from ab_sim.base.yaml_files import find_scene, read_scene_file, scene_names
 from ab_sim.drive.bodies import BodyPose, BodyRates, body_names, motion_of, moved
 from ab_sim.nodes.drive_control import DriveControl, sound
 from ab_sim.nodes.drive_node import DriveNode

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
-from ab_sim.base.stored_numbers import reason_of
+from ab_sim.base.numbers import reason_of
 from ab_sim.model.spindle.profile_execution import ProfileExecution
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.nodes.checked_profile import CheckedProfile

@@ -11,7 +11,7 @@ from ab_msgs_py.samples import frame_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turn_vector import TurnVector
 from ab_sim.scene import Scene
-from ab_sim.scene.frames import SPINDLE
+from ab_sim.scene.sensors import SPINDLE
 
 
 class TurnVectorPublisher:

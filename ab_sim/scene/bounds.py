@@ -10,10 +10,9 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
-from ab_sim.scene.deck import Damping, Stiffness
 from ab_sim.scene.model import Scene
 from ab_sim.scene.quantities import Number
-from ab_sim.scene.sections import Angle, Mass, Race, Rotor
+from ab_sim.scene.sections import Angle, Damping, Mass, Race, Rotor, Stiffness
 
 
 class Bounds(NamedTuple):

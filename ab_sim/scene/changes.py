@@ -4,9 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from ab_sim.base.errors import SceneError, nearest
-from ab_sim.base.limited_yaml import read_yaml
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import SceneError, nearest, short
+from ab_sim.base.yaml_files import read_yaml
 from ab_sim.scene.sections import MAX_BALLS
 
 REMOVED: Any = object()

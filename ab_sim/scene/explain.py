@@ -9,14 +9,13 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from ab_sim.base.errors import exact, nearest
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import exact, nearest, short
+from ab_sim.scene.keys import unit_at
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profiles import KINDS
 from ab_sim.scene.quantities import EACH, ONE
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.scene.sensors import Accelerometer
-from ab_sim.scene.unit_texts import unit_at
 from ab_sim.scene.units import in_si
 
 MOST_MESSAGES = 20

@@ -1,13 +1,21 @@
-"""Table of the keys of a scene, one row per key, read from the scene's JSON Schema."""
+"""Table of the keys of a scene, from its JSON Schema, and conversion of their numbers to SI.
+
+Numbers with units in a scene's file become plain SI numbers before the checks. The fields'
+validators would be too late: pydantic first chooses between one number and a list. They would not
+be enough either: the numbers of effects and steppers are defined elsewhere.
+"""
 
 import difflib
+import functools
 import math
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from typing import Any, NamedTuple
 
-from ab_sim.base.errors import InputError, exact
-from ab_sim.base.quoting import short
-from ab_sim.scene.schema import Schema, bare_schema
+from ab_sim.base.errors import InputError, exact, short
+from ab_sim.scene.registry import effect_classes
+from ab_sim.scene.schema import STEPPERS, Schema, bare_schema
+from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 ENTRY, NAME = "N", "NAME"
 """Placeholders in keys for the number of an entry in a list, and for a free name."""
@@ -213,3 +221,66 @@ def _interval(schema: Schema) -> str:
 def _either(values: list[str]) -> str:
     *others, last = values
     return f"{', '.join(others)} or {last}" if others else last
+
+
+MOST_LEVELS = 10
+"""Largest nesting of keys, more than any scene has. It ends the recursion into a structure that
+contains itself."""
+
+Key = tuple[str, ...]
+
+
+def without_units(raw: Any, at: Key = ()) -> Any:
+    """Return a scene with texts such as ``12 mm`` as SI numbers, and the rest unchanged.
+
+    A text is kept if its key takes no number, or a number of another dimension. The check of the
+    scene then refuses the text, and reports it together with all other errors.
+
+    Args:
+        raw: the scene or a part of it, nested mappings and lists, effects by name; not changed.
+        at: key of that part.
+    """
+    if isinstance(raw, str):
+        return _number(raw, at)
+    if len(at) == MOST_LEVELS:
+        return raw
+    if isinstance(raw, dict):
+        return {name: without_units(value, (*at, str(name))) for name, value in raw.items()}
+    if type(raw) in (list, tuple):  # exact types: a named tuple is a checked effect
+        return type(raw)(without_units(value, (*at, str(i))) for i, value in enumerate(raw))
+    return raw
+
+
+def _number(text: str, key: Key) -> str | float:
+    if not has_unit(text) or (unit := unit_at(key)) in NO_UNIT:
+        return text
+    try:
+        return in_si(text, unit)
+    except ValueError:
+        return text
+
+
+def unit_at(key: Key) -> str:
+    """Return the SI unit of a key, or of the list in which it is an entry.
+
+    Returns:
+        "1" for dimensionless numbers; "-" for other values and unknown keys.
+    """
+    registry = import_module(STEPPERS)
+    units_of_keys = _known(tuple(effect_classes().items()), tuple(registry.steppers()))
+    for wanted in (key, key[:-1]) if key[-1].isdecimal() else (key,):
+        units = {
+            unit
+            for parts, unit in units_of_keys
+            if len(parts) == len(wanted) and key_starts_with(parts, wanted)
+        }
+        if units:  # two steppers may use one name for numbers with different units
+            return units.pop() if len(units) == 1 else "-"
+    return "-"
+
+
+@functools.lru_cache(maxsize=8)
+def _known(effects: tuple[Any, ...], steppers: tuple[str, ...]) -> tuple[tuple[Key, str], ...]:
+    """Return all keys with their units, cached until an effect or stepper is registered."""
+    rows: list[SceneKey] = scene_keys()
+    return tuple((tuple(row.key.split(".")), row.unit) for row in rows)

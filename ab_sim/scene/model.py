@@ -4,20 +4,19 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from ab_sim.base.errors import exact
-from ab_sim.scene.adaptive import AdaptiveProfile
-from ab_sim.scene.deck import Deck, Mount, check_deck, inertia_matrix
-from ab_sim.scene.deck_models import check_deck_model
-from ab_sim.scene.probes import Probes
-from ab_sim.scene.profiles import Profile, beyond, check_profile, planned
-from ab_sim.scene.quantities import Number, quantity
-from ab_sim.scene.section import Section
+from ab_sim.base.errors import exact, nearest
+from ab_sim.scene.profiles import AdaptiveProfile, Profile, beyond, check_profile, planned
+from ab_sim.scene.quantities import Inertia, Number, Section, quantity
+from ab_sim.scene.registry import deck_model_ways
 from ab_sim.scene.sections import (
     Accuracy,
     Balanced,
     Balls,
+    Deck,
+    Mount,
     OneLine,
     Race,
     Rotor,
@@ -25,8 +24,13 @@ from ab_sim.scene.sections import (
     Spindle,
     Start,
     Words,
+    inertia_matrix,
 )
-from ab_sim.scene.sensors import Sampled, Sensors
+from ab_sim.scene.sensors import Probes, Sampled, Sensors
+
+IN_PLANE = ("deck_force", "space_force")
+IN_SPACE = ("mount_stiffening",)
+"""Methods by which effects act on a deck in the plane of the disc, and on one in space."""
 
 
 class Scene(Section):
@@ -200,7 +204,7 @@ class Scene(Section):
             _check_sensors,
             _check_start,
             _check_deck_model,
-            check_deck,
+            _check_deck,
         ):
             check(self)
         for effect in self.effects.values():
@@ -305,7 +309,27 @@ def _check_start(scene: Scene) -> None:
 
 
 def _check_deck_model(scene: Scene) -> None:
-    check_deck_model(scene.deck_model, scene.deck is not None)
+    """Refuse an unknown deck model, or one that does not suit this scene."""
+    name, in_space = scene.deck_model, scene.deck is not None
+    if name is None:
+        return
+    ways = deck_model_ways()
+    if name not in ways:
+        raise ValueError(
+            f"deck_model = {name!r}: no such deck model{nearest(name, ways)}; known are: "
+            + ", ".join(ways)
+        )
+    if in_space == (ways[name] > 2):
+        return
+    if in_space:
+        raise ValueError(
+            f"deck_model = {name!r}: moves in the plane of the disc, and the scene has a deck in "
+            "space (deck); remove one of the two"
+        )
+    raise ValueError(
+        f"deck_model = {name!r}: moves in space; describe the deck (sections deck and mounts), or "
+        "remove it"
+    )
 
 
 def _check_accuracy(scene: Scene) -> None:
@@ -334,3 +358,83 @@ def _check_sensors(scene: Scene) -> None:
             pickup.check(f"{section}.{name}", step)
     if isinstance(scene.profile, AdaptiveProfile):
         scene.profile.check_sensors(scene.pickups, step)
+
+
+def _check_deck(scene: Scene) -> None:
+    """Refuse sections that have no meaning for this kind of deck, and impossible values.
+
+    Raises:
+        ValueError: a section or an effect does not apply, or a value is impossible; the message
+            names key, value, allowed range and remedy.
+    """
+    if scene.deck is None:
+        _check_plane(scene)
+        return
+    rotor, heights = scene.rotor, scene.race.heights
+    if rotor.inertia is None:
+        raise ValueError("rotor.inertia: is needed, the scene has a deck in space (deck)")
+    if rotor.eccentric_mass is None:
+        raise ValueError(
+            "rotor.eccentric_mass: is needed, the scene has a deck in space (deck): the mass of "
+            "rotor and disc, whose centre is off the shaft axis by rotor.eccentricity"
+        )
+    _check_inertia("deck.inertia", scene.deck.inertia)
+    _check_inertia("rotor.inertia", rotor.inertia)
+    for k, mount in enumerate(scene.mounts):
+        for key, value in (("stiffness", mount.stiffness), ("damping", mount.damping)):
+            if isinstance(value, tuple) and len(value) != 3:
+                raise ValueError(
+                    f"mounts.{k}.{key}: has {len(value)} numbers; give one, or one for each of its "
+                    "three axes"
+                )
+    if not heights:
+        raise ValueError("race.height = []: give one number, or one for each race")
+    for i, race in enumerate(scene.balls.races):
+        if not 0 <= race < len(heights):
+            key = f"balls.race.{i}" if isinstance(scene.balls.race, tuple) else "balls.race"
+            raise ValueError(
+                f"{key} = {race}: there is no such race; race.height has {len(heights)}, counted "
+                "from 0"
+            )
+    _check_effects(scene, IN_PLANE, IN_SPACE, "a deck in the plane", "the scene has one in space")
+
+
+def _check_plane(scene: Scene) -> None:
+    needless = {
+        "mounts": bool(scene.mounts),
+        "rotor.height": bool(scene.rotor.height),
+        "rotor.inertia": scene.rotor.inertia is not None,
+        "race.height": scene.race.height != 0.0,
+        "balls.race": any(scene.balls.races),
+        **{f"sensors.{name}.position": any(s.position) for name, s in scene.sensors.items()},
+        **{f"probes.{name}.position": any(p.position) for name, p in scene.probes.items()},
+    }
+    for key, is_given in needless.items():
+        if is_given:
+            raise ValueError(
+                f"{key}: has no meaning for a deck that moves in the plane of the disc; remove it, "
+                "or describe the deck in space (sections deck and mounts)"
+            )
+    _check_effects(scene, IN_SPACE, IN_PLANE, "a deck in space", "the scene has one in the plane")
+
+
+def _check_effects(
+    scene: Scene, others: tuple[str, ...], methods: tuple[str, ...], whose: str, here: str
+) -> None:
+    for name, effect in scene.effects.items():
+        acts_there = any(hasattr(effect, method) for method in others)
+        if acts_there and not any(hasattr(effect, method) for method in methods):
+            instead = "; describe the springs as mounts" if others is IN_PLANE else ""
+            raise ValueError(
+                f"effects.{name}: acts on {whose} only, and {here}; remove it{instead}"
+            )
+
+
+def _check_inertia(key: str, inertia: Inertia) -> None:
+    least, middle, most = np.linalg.eigvalsh(inertia_matrix(inertia))
+    if least < 0 or least + middle < most * (1 - 1e-9) or most <= 0:
+        raise ValueError(
+            f"{key} = {list(inertia)} kg m^2: no rigid body has it; the principal moments are "
+            f"{least:.4g}, {middle:.4g}, {most:.4g}: none may be negative, or larger than the sum "
+            "of the two others"
+        )

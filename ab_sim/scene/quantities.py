@@ -1,17 +1,26 @@
-"""Types of checked numbers for fields of sections: finite, within bounds, with a unit."""
+"""Base class of a scene's sections, and types of their numbers: finite, bounded, with a unit."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
 from pydantic import (
     AfterValidator,
+    BaseModel,
     BeforeValidator,
+    ConfigDict,
     Discriminator,
     Field,
     GetJsonSchemaHandler,
     Tag,
 )
 from pydantic_core import CoreSchema
+
+
+class Section(BaseModel):
+    """A section of a scene: unknown keys are errors, and values are immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
 
 T = TypeVar("T")
 

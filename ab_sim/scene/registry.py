@@ -24,6 +24,9 @@ PROVIDER = "ab_sim.model.equations.effects"
 """Module that registers the effects on import. It is imported on first use, because it imports this
 package and takes seconds to import, which not every use needs."""
 
+DECK_MODELS = "ab_sim.model.dynamics.registry"
+"""Module of the deck models, imported when needed for the same reasons."""
+
 _effects: dict[str, type[Any]] = {}
 
 
@@ -81,3 +84,9 @@ def effect_parameters(effect: type[Any]) -> dict[str, dict[str, Any]]:
     names = getattr(effect, "_fields", ())
     items = schema.get("prefixItems", [])
     return dict(zip(names, items, strict=True))
+
+
+def deck_model_ways() -> dict[str, int]:
+    """Return the deck models by name, each with the number of axes along which its deck moves."""
+    models = import_module(DECK_MODELS).deck_models()
+    return {name: model.kind.AXES for name, model in models.items()}

@@ -8,9 +8,8 @@ import inspect
 from importlib import import_module
 from typing import Any
 
-from ab_sim.scene.deck_models import deck_model_ways
 from ab_sim.scene.model import Scene
-from ab_sim.scene.registry import effect_classes, effect_parameters
+from ab_sim.scene.registry import deck_model_ways, effect_classes, effect_parameters
 from ab_sim.scene.units import NUMBER
 
 Schema = dict[str, Any]

@@ -1,19 +1,31 @@
-"""The sections of any scene. All values in SI units; angles in rad, speeds in rad/s."""
+"""The sections of a scene. All values in SI units; angles in rad, speeds in rad/s."""
 
 import math
 from typing import Annotated
 
+import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from ab_sim.base.quoting import visible
-from ab_sim.scene.quantities import Count, Inertia, Length, Number, PerBall, Vector, quantity
-from ab_sim.scene.section import Section
+from ab_sim.base.errors import visible
+from ab_sim.scene.quantities import (
+    Count,
+    Inertia,
+    Length,
+    Number,
+    PerBall,
+    Section,
+    Vector,
+    quantity,
+)
 
 MAX_BALLS = 64
 
 Mass = Annotated[Number, Field(ge=1e-12, le=1e3)]
 Radius = Annotated[Number, Field(gt=0, le=10)]
 Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
+Point = tuple[Length, Length, Length]
+Stiffness = Annotated[Number, Field(ge=0, le=1e12)]
+Damping = Annotated[Number, Field(ge=0, le=1e9)]
 
 
 def _shown(text: str) -> str:
@@ -72,6 +84,38 @@ class Rotor(Section):
         "unbalance; only with a deck in space",
         "kg m^2",
         default=None,
+    )
+
+
+class Deck(Section):
+    """The deck as a rigid body in space, without rotor and balls.
+
+    Its mass is the mass on the suspension less `rotor.eccentric_mass` and the balls.
+
+    Deck axes x, y, z lie at C, the point of the spindle axis from which heights count; z is the
+    spindle axis.
+    """
+
+    center: Point = quantity("centre of mass from C, on deck axes", "m", default=(0.0, 0.0, 0.0))
+    inertia: Inertia = quantity(
+        "inertia about the centre of mass, on deck axes: [xx, yy, zz] or [xx, yy, zz, xy, xz, "
+        "yz]; xy is minus the integral of x y dm",
+        "kg m^2",
+    )
+
+
+class Mount(Section):
+    """A rubber mount between deck and housing: springs and dampers along three axes."""
+
+    position: Point = quantity("position of the mount from C, on deck axes", "m")
+    stiffness: PerBall[Stiffness] = quantity(
+        "stiffness along the mount's axes: one number for all, or three", "N/m"
+    )
+    damping: PerBall[Damping] = quantity(
+        "damping along the mount's axes: one number for all, or three", "N s/m"
+    )
+    turned: Vector = quantity(
+        "rotation vector from the ground's axes to the mount's", "rad", default=(0.0, 0.0, 0.0)
     )
 
 
@@ -271,3 +315,9 @@ class Balanced(Section):
         le=1e6,
         default=None,
     )
+
+
+def inertia_matrix(inertia: Inertia) -> np.ndarray:
+    """Return an ``Inertia`` as a matrix [kg m^2], shape (3, 3)."""
+    xx, yy, zz, xy, xz, yz = (*inertia, 0.0, 0.0, 0.0)[:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

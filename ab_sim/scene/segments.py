@@ -7,8 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from ab_sim.base.errors import exact
-from ab_sim.scene.quantities import Number, quantity
-from ab_sim.scene.section import Section
+from ab_sim.scene.quantities import Number, Section, quantity
 
 MOST_SEGMENTS = 1000
 KIND: Any = Field(description="kind of the profile, which decides its other keys")

@@ -1,4 +1,8 @@
-"""The sensors of a scene: they measure, and do not act on the motion."""
+"""Sensors of a scene, accelerometers and proximity probes, and the names of a drive's frames.
+
+Sensors measure, and do not act on the motion. Frames' names are shared by tf, messages and the URDF
+(docs/topics.md).
+"""
 
 import math
 import re
@@ -7,9 +11,38 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from ab_sim.base.errors import exact
-from ab_sim.scene.frames import TAKEN, is_taken
-from ab_sim.scene.quantities import Count, InSchema, Length, Number, quantity
-from ab_sim.scene.section import Section
+from ab_sim.scene.quantities import Count, InSchema, Length, Number, Section, quantity
+
+HOUSING = "drive_housing"
+"""Frame fixed in space."""
+DECK = "deck"
+SPINDLE = "spindle"
+"""Frame that turns with the disc; x points at the unbalance."""
+
+
+def race_frame(number: int) -> str:
+    """Return the name of a race's frame, which turns with the spindle, at the balls' height."""
+    return f"race_{number}"
+
+
+def ball_frame(number: int) -> str:
+    """Return the name of a ball's frame, at its centre, x away from the shaft."""
+    return f"ball_{number}"
+
+
+def arm_frame(number: int) -> str:
+    """Return the name of the frame on the shaft whose x axis points at a ball."""
+    return f"{ball_frame(number)}_arm"
+
+
+RESERVED = rf"{HOUSING}|{DECK}|{SPINDLE}|race_\d+|ball_\d+(_arm)?"
+"""Regular expression of the names that are reserved for a drive's own frames."""
+
+
+def is_reserved(name: str) -> bool:
+    """Return whether a name is reserved for a drive's own frames, so that no sensor may have it."""
+    return re.fullmatch(RESERVED, name) is not None
+
 
 RATE_TOLERANCE = 1e-6
 """Relative tolerance of sample rates: a rate with about six digits counts as the exact rate."""
@@ -191,7 +224,7 @@ def _name(value: Any) -> Any:
         raise ValueError(
             "the name must have at most 64 small letters, digits and _, and begin with a letter"
         )
-    if is_taken(value):
+    if is_reserved(value):
         raise ValueError(
             f"the name {value} is that of another frame of the drive; choose one that is not "
             "deck, drive_housing, spindle, or race or ball with a number"
@@ -202,9 +235,62 @@ def _name(value: Any) -> Any:
 SensorName = Annotated[
     str,
     BeforeValidator(_name),
-    InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
+    InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({RESERVED})$"}}]}),
 ]
 BY_DEFAULT = BeforeValidator(lambda value: {} if value is None else value)
 """Validator that replaces a missing value by a sensor with all defaults."""
 Sensors = dict[SensorName, Annotated[Accelerometer, BY_DEFAULT]]
 """Accelerometers by name; names are free."""
+
+
+class ProximityProbe(Sampled):
+    """Proximity probe on the drive's housing, looking at the deck; it does not act on the dynamics.
+
+    It has two axes across the shaft, and with a deck in space a third along it, with one probe
+    each. The probes are fixed and do not turn with the deck.
+
+    It senses the displacement r of a point of the deck from its position with the deck at rest. In
+    physical order: r is turned into the probes' axes, white noise is added, a second-order
+    Butterworth low-pass follows, then come sampling, range and quantisation, as in an accelerometer
+    (``ab_sim.drive.sensing.Pickup``).
+    """
+
+    unit: ClassVar[str] = "m"
+    equation: ClassVar[str] = (
+        "s = q round(clip(B(A(phi) r + n), -s_max, s_max) / q) at t = k / F_s; "
+        "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2"
+    )
+    source: ClassVar[str] = (
+        "the standard sampled-data chain; range: eddy-current probes with a linear range of 2 mm; "
+        "resolution: 16 bits over the range; noise: assumed"
+    )
+
+    position: tuple[Length, Length, Length] = quantity(
+        "point of the deck that it measures, from C on deck axes; only with a deck in space",
+        "m",
+        default=(0.0, 0.0, 0.0),
+    )
+    axis_angle: Number = quantity(
+        "phi, first axis from x; the second is pi/2 further",
+        "rad",
+        ge=-1e3,
+        le=1e3,
+        default=0.0,
+    )
+    range: Number = quantity(
+        "s_max, largest reading; readings are clipped at +- s_max", "m", gt=0, le=10, default=1e-3
+    )
+    noise_density: Number = quantity(
+        "N, root of the one-sided power spectral density of the noise",
+        "m/sqrt(Hz)",
+        ge=0,
+        le=1.0,
+        default=1e-8,
+    )
+    resolution: Number = quantity(
+        "q, step between two readings; 0: not rounded", "m", ge=0, le=10, default=3.05e-8
+    )
+
+
+Probes = dict[SensorName, Annotated[ProximityProbe, BY_DEFAULT]]
+"""Probes by name; names are free, except that no sensor may have the same name."""

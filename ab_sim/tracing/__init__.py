@@ -12,7 +12,7 @@ traced number is an error that names its line and shows the expression. An ``if`
 choice or the presence of an effect is decided during tracing, and only the branch taken is emitted.
 """
 
-from ab_sim.tracing.derivative import derivatives
+from ab_sim.tracing.derivatives import derivatives
 from ab_sim.tracing.expression import Expression, Graph, Level
 from ab_sim.tracing.functions import cos, sin, sqrt, total, where
 from ab_sim.tracing.lowering import lowered

@@ -358,7 +358,7 @@ def topics() -> Iterator[str]:
 
 def scenes() -> Iterator[str]:
     """Every scene of the package, and how its description begins."""
-    from ab_sim.base.scene_files import find_scene, read_scene_file, scene_names
+    from ab_sim.base.yaml_files import find_scene, read_scene_file, scene_names
 
     rows = []
     for name in scene_names():

@@ -6,7 +6,7 @@ from html import escape
 from typing import Any, NamedTuple
 
 import ab_sim
-from ab_sim.base.conventions import NOTATION
+from ab_sim.base.presentation import NOTATION
 
 Cell = str | float | None
 LONGEST_OPEN = 6

@@ -8,7 +8,7 @@ import pytest
 
 from ab_sim.analysis.accuracy_cost import accuracy_cost
 from ab_sim.analysis.effect_cost import effect_cost
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.cli import runner
 from ab_sim.cli.run import run_command
 from ab_sim.cli.scene_commands import RunOptions

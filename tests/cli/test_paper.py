@@ -9,7 +9,7 @@ from gallery import PAPERS
 from gallery.page import PageSection, Paper, Picture, Table
 from gallery.relative_stability.speed import speed_section
 
-from ab_sim.base.conventions import NOTATION
+from ab_sim.base.presentation import NOTATION
 from tests.cli.tool import PNG, ab_sim, refused
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import ab_sim as package
-from ab_sim.base.limited_yaml import yaml_text
+from ab_sim.base.yaml_files import yaml_text
 from tests.cli.tool import PNG, ab_sim, refused
 
 pytestmark = pytest.mark.long

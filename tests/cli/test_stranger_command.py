@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from ab_sim import cli
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.cli import progress
 from ab_sim.cli.app import app
 from ab_sim.cli.declare import Heading

@@ -10,7 +10,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.dynamics.deck_models.in_space import angular_velocity
 from ab_sim.scene import Scene
-from ab_sim.scene.deck import inertia_matrix
+from ab_sim.scene.sections import inertia_matrix
 from tests.deck.coordinates import columns, tilt_of
 from tests.deck.of_params import six
 from tests.deck.scenes import ODD, Changes, made, odd

@@ -8,7 +8,7 @@ import ab_sim
 from ab_sim.base.errors import InputError
 from ab_sim.cli.sweep import _shown
 from ab_sim.design.sweep import Sweep
-from ab_sim.scene.shown_units import shown_units
+from ab_sim.scene.units import shown_units
 
 SHORT = ["duration=0.2"]
 

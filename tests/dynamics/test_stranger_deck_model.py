@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import ab_sim
 from ab_sim.base.errors import SceneError
-from ab_sim.base.scene_files import read_scene_file
+from ab_sim.base.yaml_files import read_scene_file
 from ab_sim.cli.app import app
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import faults_of

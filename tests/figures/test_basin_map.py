@@ -1,7 +1,7 @@
 """The picture of a basin: nothing covers what it says."""
 
 import ab_sim
-from ab_sim.base.conventions import NOTATION
+from ab_sim.base.presentation import NOTATION
 from ab_sim.show.figures.basin_map import drawn_basin
 from tests.figures.collisions import overlaps, written
 

@@ -18,8 +18,8 @@ from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.tracing import Graph, lowered
 from ab_sim.tracing.expression import reachable_nodes
+from ab_sim.tracing.lowering import name_of, unrolled
 from ab_sim.tracing.plain import python_function
-from ab_sim.tracing.unrolled import name_of, unrolled
 
 EFFECTS = effect_classes()
 

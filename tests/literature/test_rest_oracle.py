@@ -20,7 +20,7 @@ from ab_sim.analysis.equilibria import RestingState, branches_over_speed, equili
 from ab_sim.analysis.equilibria.at_speed import balanced_state
 from ab_sim.analysis.equilibria.balanced import completed
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
-from ab_sim.base.conventions import in_one_turn
+from ab_sim.base.presentation import in_one_turn
 from ab_sim.scene import Scene, load_scene
 from tests.analysis.equilibria.drives import drive, of_oracle
 

@@ -11,7 +11,7 @@ import yaml
 
 from ab_msgs_py import topics
 from ab_sim import scene_names
-from ab_sim.base.scene_files import find_scene
+from ab_sim.base.yaml_files import find_scene
 from tests.domains import own_domain
 from tests.nodes.fleet import Fleet
 

@@ -14,7 +14,7 @@ from ab_sim.nodes.paired_samples import Reading, SpindleSample
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
 from ab_sim.nodes.profile_words import logged
 from ab_sim.nodes.timed_run import TimedRun
-from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.load import load_profile
 
 PERIOD, MS = 0.005, 1_000_000
 SLOW = "{kind: segments, segments: [{to: 100, acceleration: 50}]}"

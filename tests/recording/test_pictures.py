@@ -12,7 +12,7 @@ from scipy.signal import periodogram
 
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.metrics import metrics_of
-from ab_sim.base.conventions import last_stretch
+from ab_sim.base.presentation import last_stretch
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces

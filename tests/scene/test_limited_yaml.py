@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from ab_sim.base.errors import SceneError
-from ab_sim.base.limited_yaml import MOST_BYTES, MOST_LEVELS, MOST_VALUES, read_yaml, read_yaml_file
+from ab_sim.base.yaml_files import MOST_BYTES, MOST_LEVELS, MOST_VALUES, read_yaml, read_yaml_file
 from ab_sim.scene import load_scene
 from ab_sim.scene.explain import MOST_MESSAGES
-from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.load import load_profile
 
 LINE = "&{0} [*{1}, *{1}, *{1}, *{1}, *{1}, *{1}, *{1}, *{1}, *{1}]"
 BOMB = (

@@ -6,7 +6,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from ab_sim.base.errors import SceneError
-from ab_sim.base.scene_files import read_scene_file
+from ab_sim.base.yaml_files import read_scene_file
 from ab_sim.engine.integrate.registry import parameters_of, steppers
 from ab_sim.scene import check_scene, find_scene, scene_names
 from ab_sim.scene.load import read_mapping

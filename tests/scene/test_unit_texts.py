@@ -17,13 +17,11 @@ from jsonschema import Draft202012Validator
 import ab_sim
 from ab_sim.base.errors import SceneError
 from ab_sim.scene import check_scene, find_scene, load_scene, registry, scene_names
-from ab_sim.scene.keys import ENTRY, NAME, scene_keys
-from ab_sim.scene.load import changed_scene, read_mapping
-from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.keys import ENTRY, NAME, scene_keys, unit_at, without_units
+from ab_sim.scene.load import changed_scene, load_profile, read_mapping
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, register
 from ab_sim.scene.schema import scene_schema
-from ab_sim.scene.unit_texts import unit_at, without_units
 from ab_sim.scene.units import NO_UNIT
 from tests.conftest import THESIS, merge
 from tests.waiting import PATIENCE

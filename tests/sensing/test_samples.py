@@ -8,8 +8,7 @@ import pytest
 from ab_sim.base.errors import SceneError
 from ab_sim.drive.sensing import Pickup, noise_variance
 from ab_sim.scene import load_scene
-from ab_sim.scene.frames import arm_frame, ball_frame, race_frame
-from ab_sim.scene.sensors import ALIASING, Accelerometer
+from ab_sim.scene.sensors import ALIASING, Accelerometer, arm_frame, ball_frame, race_frame
 
 STEP = 1e-4
 

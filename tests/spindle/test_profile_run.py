@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.model.spindle.segments_execution import SegmentsExecution
 from ab_sim.nodes.checked_profile import CheckedProfile
-from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.load import load_profile
 
 AHEAD = 0.005
 QUIET = {"vibration_rms_below": 0.5, "over": 0.2, "at_most": 5.0}

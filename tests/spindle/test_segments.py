@@ -13,7 +13,7 @@ from ab_sim.drive.explanation import explain
 from ab_sim.model.spindle import SpeedSchedule, top_speed_of
 from ab_sim.model.spindle.schedule_in_progress import ScheduleInProgress
 from ab_sim.scene import check_scene
-from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.load import load_profile
 from ab_sim.scene.profiles import AnyProfile
 
 QUIET = {"vibration_rms_below": 0.5, "over": 0.1, "at_most": 4.0}

@@ -18,8 +18,8 @@ from ab_sim.tracing import (
     where,
 )
 from ab_sim.tracing.expression import rows
-from ab_sim.tracing.latex import latex
 from ab_sim.tracing.llvm_text import border
+from ab_sim.tracing.notations import latex
 from tests.tracing.ways_out import by_plain
 
 

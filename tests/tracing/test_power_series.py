@@ -7,8 +7,8 @@ import mpmath
 import pytest
 
 from ab_sim.tracing import Graph, Level, cos, lowered, sin, sqrt, where
+from ab_sim.tracing.derivatives import NotAnalyticError, PowerSeries
 from ab_sim.tracing.plain import python_function
-from ab_sim.tracing.power_series import NotAnalyticError, PowerSeries
 
 AT, ORDER = 0.7, 9
 """Where, and up to which power."""

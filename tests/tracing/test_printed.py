@@ -4,9 +4,8 @@ import pytest
 
 from ab_sim.tracing import Expression, Graph, cos, sin, sqrt, total, where
 from ab_sim.tracing.expression import across, fma, rows
-from ab_sim.tracing.latex import latex, latex_symbol
-from ab_sim.tracing.local_names import with_local_names
-from ab_sim.tracing.plain_text import plain_text
+from ab_sim.tracing.notations import latex, latex_symbol, plain_text
+from ab_sim.tracing.printed import with_local_names
 
 GRAPH = Graph()
 a, b, c, x = (GRAPH.input(name) for name in "abcx")

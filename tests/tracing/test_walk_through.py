@@ -4,10 +4,9 @@ import numpy as np
 
 from ab_sim.engine.kernels.code import called
 from ab_sim.tracing import Graph, Level, cos, derivatives, lowered, total, where
-from ab_sim.tracing.latex import latex, latex_symbol
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 from ab_sim.tracing.machine_code import MachineCode
-from ab_sim.tracing.plain_text import plain_text
+from ab_sim.tracing.notations import latex, latex_symbol, plain_text
 
 
 def pull(k, u, m, theta, rate):  # type: ignore[no-untyped-def]

@@ -20,7 +20,7 @@ from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide
 from ab_sim.analysis.accuracy_cost.sampling import LADDER, SampleTimes, nanoseconds, sampling_of
 from ab_sim.analysis.effect_cost import Quartiles
 from ab_sim.base.errors import InputError, SceneError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation
 from ab_sim.engine.integrate.choose import choose_stepper

@@ -23,7 +23,7 @@ from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.analysis.equilibria.traced import traced_branches
 from ab_sim.analysis.results import Result, Results
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.model.dynamics.system import System
 from ab_sim.scene.model import Scene
 

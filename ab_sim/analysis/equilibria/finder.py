@@ -22,7 +22,7 @@ from ab_sim.analysis.equilibria.resting import (
     state_of,
 )
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
-from ab_sim.base.conventions import in_one_turn
+from ab_sim.base.presentation import in_one_turn
 from ab_sim.model.dynamics.system import MASS, RACE_RADIUS, System
 
 IN_LINE = 0.2

@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.resting import field_at, kinds_of, state_of
 from ab_sim.analysis.equilibria.spectrum import balanced_spectrum, spectrum_of
-from ab_sim.base.conventions import in_one_turn
+from ab_sim.base.presentation import in_one_turn
 from ab_sim.model.dynamics.system import System
 
 WORDS = {True: "stable", False: "unstable", None: "undecided"}

@@ -24,7 +24,7 @@ from ab_sim.analysis.equilibria.folds import Fold
 from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed, interval_of
 from ab_sim.analysis.equilibria.resting import state_of
 from ab_sim.analysis.equilibria.states import RestingState
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.model.dynamics.system import System
 
 SEEDS = 9

@@ -6,7 +6,7 @@ from typing import Any
 
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.results import Results
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.scene.model import Scene
 
 SAVE_INTERVAL = 20.0

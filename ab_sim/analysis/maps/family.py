@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 from ab_sim.analysis.maps.plane import SPEED, Plane
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.base.errors import InputError
-from ab_sim.base.progress import Progress
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.numbers import number_in
+from ab_sim.base.presentation import Progress
 from ab_sim.scene.load import changed_scene
 
 MOST = 50

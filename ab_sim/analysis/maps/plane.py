@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.held_speed import FASTEST
 from ab_sim.base.errors import InputError, exact
-from ab_sim.base.written_numbers import number_in, whole_number_in
+from ab_sim.base.numbers import number_in, whole_number_in
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters

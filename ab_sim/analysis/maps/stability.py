@@ -24,8 +24,7 @@ from ab_sim.analysis.maps.circulation import (
 from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
-from ab_sim.base.presentation import Column, Columns, Presented
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Column, Columns, Presented, Progress
 from ab_sim.base.workers import Workers
 from ab_sim.scene.model import Scene
 

@@ -15,12 +15,12 @@ from ab_sim.analysis.metrics.mean_squares import MeanSquares
 from ab_sim.analysis.metrics.residuals import Residuals
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
 from ab_sim.analysis.trend import CHANGE, Trends
-from ab_sim.base.conventions import TURN
+from ab_sim.base.presentation import TURN
 from ab_sim.drive.overlap import Overlap, OverlapAccumulator
 from ab_sim.drive.turn_vector import COARSEST
 from ab_sim.engine.compiling import Floats, Table, compiled
 from ab_sim.scene.model import Scene
-from ab_sim.tracing.cosine import cos_sin
+from ab_sim.tracing.functions import cos_sin
 
 BAND = 0.1
 """Half-width of the band around the final whirl, relative to it."""

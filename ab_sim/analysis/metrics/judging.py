@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.rest import Rest, rest_of
-from ab_sim.base.conventions import last_stretch
+from ab_sim.base.presentation import last_stretch
 from ab_sim.drive.trajectory import Trajectory, balls_in, column_of, whirl_of
 from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene.model import Scene

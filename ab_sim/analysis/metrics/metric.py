@@ -13,7 +13,7 @@ import numpy as np
 from ab_sim.base.errors import InputError, nearest
 from ab_sim.base.plug_ins import load_installed
 from ab_sim.scene.model import Scene
-from ab_sim.scene.shown_units import ShownUnit
+from ab_sim.scene.units import ShownUnit
 
 T = TypeVar("T")
 

@@ -9,7 +9,7 @@ from ab_sim.analysis.metrics.wording import number_row, number_text
 from ab_sim.base.errors import InputError
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
-from ab_sim.scene.shown_units import ShownUnit
+from ab_sim.scene.units import ShownUnit
 
 
 class OwnMetric(Protocol):

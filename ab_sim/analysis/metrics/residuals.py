@@ -4,7 +4,7 @@ import numpy as np
 
 from ab_sim.analysis.metrics.mean_squares import MeanSquares
 from ab_sim.engine.compiling import Cube, Table, compiled
-from ab_sim.tracing.cosine import cos_sin
+from ab_sim.tracing.functions import cos_sin
 
 
 class Residuals:

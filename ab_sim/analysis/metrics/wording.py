@@ -6,8 +6,8 @@ from typing import Any
 
 from ab_sim.analysis.circulation import RAD_PER_S, Circulation
 from ab_sim.analysis.metrics.metric import DEFAULT_UNITS, NOTHING, Display, Quantity, Row
-from ab_sim.base.conventions import in_one_turn
-from ab_sim.scene.shown_units import ShownUnit
+from ab_sim.base.presentation import in_one_turn
+from ab_sim.scene.units import ShownUnit
 
 ANGLE = Quantity("rad", ShownUnit("deg", 180.0 / math.pi))
 SMALL_ANGLE = Quantity("rad", ShownUnit("mrad", 1e3))

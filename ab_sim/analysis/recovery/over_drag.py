@@ -15,8 +15,7 @@ import ab_sim
 from ab_sim.analysis.recovery.response import BAND, Recovery, recover, speed_change_of
 from ab_sim.analysis.results import Results
 from ab_sim.base.errors import SceneError
-from ab_sim.base.presentation import Column, Columns, Presented, number
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Column, Columns, Presented, Progress, number
 from ab_sim.model.equations.neighbours import never_part, start_angles
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene

@@ -18,8 +18,8 @@ from ab_sim.analysis.equilibria import Equilibria, RestingState, equilibria_of
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.analysis.equilibria.states import resting_state
 from ab_sim.analysis.startup import peak_whirl
-from ab_sim.base.conventions import LAST, last_stretch
 from ab_sim.base.errors import InputError, SceneError, exact
+from ab_sim.base.presentation import LAST, last_stretch
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.drive import AT_ONCE

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.metrics.metric import MetricKind, metrics_named
-from ab_sim.base.errors import InputError, SceneError
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, SceneError, short
 from ab_sim.design.batch.judging import judged_parts, run_and_judge
 from ab_sim.design.batch.prepared_run import PreparedRun, kernel_stride, steps_of
 from ab_sim.design.batch.result import Batch

@@ -5,8 +5,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from ab_sim.base.errors import InputError
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, short
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 

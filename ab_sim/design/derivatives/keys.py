@@ -8,8 +8,7 @@ import functools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.base.errors import InputError, SceneError, nearest
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import InputError, SceneError, nearest, short
 from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene.changes import value_at
 from ab_sim.scene.keys import SceneKey, key_starts_with, scene_keys

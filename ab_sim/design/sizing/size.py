@@ -7,8 +7,8 @@ import numpy as np
 
 import ab_sim
 from ab_sim.base.errors import InputError
-from ab_sim.base.limited_yaml import yaml_text
 from ab_sim.base.presentation import Column, Columns, Presented, number
+from ab_sim.base.yaml_files import yaml_text
 from ab_sim.design.sizing.claims import (
     CONTRADICTED,
     FAR,

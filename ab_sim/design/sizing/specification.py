@@ -5,9 +5,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ab_sim.base.errors import InputError, exact
-from ab_sim.base.quoting import short
-from ab_sim.base.written_numbers import number_in, whole_number_in
+from ab_sim.base.errors import InputError, exact, short
+from ab_sim.base.numbers import number_in, whole_number_in
 from ab_sim.scene.units import has_unit, in_si, with_last_unit
 
 Given = str | float

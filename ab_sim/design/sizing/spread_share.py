@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.metrics.verdict import Verdict
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.intervals import ShareBalanced, share_of
 from ab_sim.design.judged import FAILED, FAILURE, OUTCOME, Job

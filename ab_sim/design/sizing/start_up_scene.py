@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from ab_sim.base.conventions import LAST
+from ab_sim.base.presentation import LAST
 from ab_sim.design.sizing.race_fit import FittingBalls
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.scene.load import changed_scene, check_scene

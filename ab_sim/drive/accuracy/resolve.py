@@ -2,7 +2,7 @@
 
 import time
 
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy.deviation import Samples
 from ab_sim.drive.accuracy.search import cheapest

@@ -26,7 +26,7 @@ run takes some milliseconds for a start-up of seconds.
 import math
 
 from ab_sim.base.errors import SceneError, exact
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.drive.accuracy.deviation import Deviation, deviation, rounding
 from ab_sim.drive.accuracy.trials import Run, Trials, Tried
 from ab_sim.drive.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from ab_sim.base.errors import DivergedError, SceneError, exact
-from ab_sim.base.progress import Progress
+from ab_sim.base.presentation import Progress
 from ab_sim.drive.accuracy.deviation import MOST_SAMPLES, Samples
 from ab_sim.engine.integrate.stepper import Stepper
 from ab_sim.scene.load import with_solver

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from ab_sim.base.errors import InputError, exact, nearest
-from ab_sim.base.written_numbers import number_in
+from ab_sim.base.numbers import number_in
 from ab_sim.drive.disc import turns_alike
 from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.scene.model import Scene

@@ -43,7 +43,7 @@ with positional arguments of functions of the subset, and of
     abs min max int float
     math.  sqrt isnan
     kinds. fma scratch call
-    ab_sim.tracing.cosine. cos_sin
+    ab_sim.tracing.functions. cos_sin
 
 Differences from Python
 -----------------------

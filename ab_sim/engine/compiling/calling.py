@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import short
 from ab_sim.engine.compiling.kinds import Array
 from ab_sim.engine.compiling.library import Library
 from ab_sim.engine.compiling.source import (

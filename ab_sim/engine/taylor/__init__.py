@@ -2,7 +2,7 @@
 
 A step is a polynomial of fixed order in time, whose coefficients follow from a recurrence: Moore,
 Interval Analysis (1966), ch. 11; Jorba and Zou (2005), Exp. Math. 14, 99-117. They are derived from
-the same expressions of the equations as all other code (``tracing.power_series``). The last two
+the same expressions of the equations as all other code (``tracing.derivatives``). The last two
 coefficients determine the length of a step. Order and tolerance are fixed; each of several runs
 side by side chooses its own steps. The method is for scenes without events only, because a series
 describes one branch of a set-valued law.

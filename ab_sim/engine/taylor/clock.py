@@ -7,8 +7,8 @@ that sample times agree with it to the last bit.
 from typing import NamedTuple
 
 from ab_sim.tracing import Expression, Graph, Level, where
-from ab_sim.tracing.cosine import ROUND
 from ab_sim.tracing.expression import across
+from ab_sim.tracing.functions import ROUND
 
 CLOCK = (
     *("time", "profile_time", "begin", "to", "anew", "end", "until"),

@@ -28,8 +28,7 @@ from ab_sim.engine.taylor.series import squared_size, state_coefficients
 from ab_sim.engine.taylor.step_length import step_length
 from ab_sim.model.equations.sums import over_balls
 from ab_sim.tracing import Expression, Level, lowered, where
-from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, kind
-from ab_sim.tracing.transposed import store_lines
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, kind, store_lines
 
 
 class TaylorEmission:

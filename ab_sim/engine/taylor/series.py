@@ -12,8 +12,8 @@ from ab_sim.engine.kernels.model import Evaluated, Model
 from ab_sim.model.equations.arrowhead import Arrow, Solved, solve
 from ab_sim.model.equations.sums import Number, over_balls
 from ab_sim.tracing import Expression
+from ab_sim.tracing.derivatives import PowerSeries
 from ab_sim.tracing.expression import is_constant
-from ab_sim.tracing.power_series import PowerSeries
 
 
 def state_coefficients(model: Model, order: int) -> list[list[Expression]]:

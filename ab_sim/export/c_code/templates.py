@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from textwrap import wrap
 
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import visible
 
 TEMPLATES = files("ab_sim.export.c_code") / "template_files"
 WIDTH = 96

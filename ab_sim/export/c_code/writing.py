@@ -4,7 +4,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import check_can_be_made, replacing, write_whole
+from ab_sim.base.files import check_can_be_made, replacing, write_whole
 from ab_sim.export.c_code.fmu import Fmu, fmu_of, identifier_of
 from ab_sim.export.c_code.sources import MARK, DriveSources
 

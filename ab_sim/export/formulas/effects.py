@@ -9,7 +9,7 @@ from ab_sim.export.formulas.symbols import Symbols, lifted, symbol_of_field
 from ab_sim.model.equations.motion import Ball, DeckMotion
 from ab_sim.scene.registry import effect_parameters
 from ab_sim.tracing.expression import Graph, reachable_nodes
-from ab_sim.tracing.local_names import Named, with_local_names
+from ab_sim.tracing.printed import Named, with_local_names
 
 OTHERS = frozenset({"check_scene"})
 """Methods that are not formulas."""

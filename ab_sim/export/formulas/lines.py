@@ -6,10 +6,8 @@ from typing import NamedTuple
 
 from ab_sim.export.formulas.symbols import in_latex, symbol_of_local
 from ab_sim.tracing.expression import Expression, reachable_nodes
-from ab_sim.tracing.latex import Latex
-from ab_sim.tracing.local_names import Named
-from ab_sim.tracing.plain_text import PlainText
-from ab_sim.tracing.printed import Printer
+from ab_sim.tracing.notations import Latex, PlainText
+from ab_sim.tracing.printed import Named, Printer
 
 WIDTH = 88
 """Largest number of characters of a line in text; longer lines get named quantities."""

@@ -15,7 +15,7 @@ from ab_sim.model.equations.race import BallConstants, OnRace, on_race, rate_cha
 from ab_sim.model.equations.sums import over_balls
 from ab_sim.tracing.expression import Graph
 from ab_sim.tracing.functions import cos, sin
-from ab_sim.tracing.local_names import Named, with_local_names
+from ab_sim.tracing.printed import Named, with_local_names
 
 NAMED = {
     "load": "load",

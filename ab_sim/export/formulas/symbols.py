@@ -4,7 +4,7 @@ import re
 from typing import Any
 
 from ab_sim.tracing.expression import Expression, Graph, Level
-from ab_sim.tracing.latex import GREEK, latex_symbol
+from ab_sim.tracing.notations import GREEK, latex_symbol
 
 KNOWN = {
     "w": r"\omega",

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ab_sim.base.stored_numbers import MOST_TIME, finite
+from ab_sim.base.numbers import MOST_TIME, finite
 from ab_sim.model.spindle.profile_execution import ProfileExecution
 
 

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ab_sim.base.stored_numbers import MOST_TIME, finite, whole
+from ab_sim.base.numbers import MOST_TIME, finite, whole
 from ab_sim.model.spindle.profile_execution import DriveEstimates
 from ab_sim.model.spindle.schedule_in_progress import ScheduleInProgress
 from ab_sim.model.spindle.vibration_condition import VibrationCondition
-from ab_sim.scene.profile_file import RequestedProfile
+from ab_sim.scene.load import RequestedProfile
 
 PERIOD, SILENCE = 0.005, 1.0
 """Defaults [s]: time between two commands, and time for which the vibration may be missing."""

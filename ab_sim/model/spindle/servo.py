@@ -3,8 +3,7 @@
 import math
 from typing import NamedTuple
 
-from ab_sim.base.errors import CommandError, exact
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import CommandError, exact, short
 from ab_sim.model.spindle.schedule import SpeedSchedule
 from ab_sim.model.spindle.speed_laws import Ramp
 

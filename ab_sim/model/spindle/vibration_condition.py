@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ab_sim.base.stored_numbers import MOST_TIME, finite, whole
+from ab_sim.base.numbers import MOST_TIME, finite, whole
 from ab_sim.scene.segments import Until
 
 LEAST_SAMPLES = 8

@@ -11,10 +11,9 @@ from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 
-from ab_sim.base.errors import RecordingError
-from ab_sim.base.input_file import check_regular
-from ab_sim.base.limited_yaml import read_yaml_file
-from ab_sim.base.quoting import shortened
+from ab_sim.base.errors import RecordingError, shortened
+from ab_sim.base.files import check_regular
+from ab_sim.base.yaml_files import read_yaml_file
 from ab_sim.record.bags.bounded_unpacking import bound_rosbags
 from ab_sim.record.bags.metadata import METADATA
 from ab_sim.record.bags.unfinished_bag import MAGIC, CompletedFile, is_finished

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import psutil
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.base.file_locks import is_being_written
-from ab_sim.base.input_file import check_regular
+from ab_sim.base.files import check_regular, is_being_written
 from ab_sim.record.bags.metadata import METADATA, is_unfinished
 from ab_sim.record.bags.reader import Bag
 from ab_sim.record.bags.unfinished_bag import is_finished, torn_bytes, written_by

@@ -7,7 +7,7 @@ import struct
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from ab_sim.base.input_file import check_regular
+from ab_sim.base.files import check_regular
 
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<BQQQI")  # 2, length, start of the summary, start of its offsets, checksum

@@ -20,8 +20,7 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import TypesysError
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.base.file_locks import lock
-from ab_sim.base.output_file import write_whole
+from ab_sim.base.files import lock, write_whole
 from ab_sim.record.bags.messages import TYPES
 from ab_sim.record.bags.metadata import METADATA, initial_metadata
 from ab_sim.record.bags.unfinished_bag import END

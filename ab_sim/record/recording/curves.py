@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
-from ab_sim.base.conventions import in_one_turn
 from ab_sim.base.palette import BALANCED, GREY, LIMIT, RUN, WITHOUT_BALLS
+from ab_sim.base.presentation import in_one_turn
 from ab_sim.drive.orientation import tilt_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.record.recording.explanation import Explanation

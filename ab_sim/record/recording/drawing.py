@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from ab_sim.base.errors import RecordingError
+from ab_sim.drive.urdf import ball_radius
 from ab_sim.record.recording.curves import Curves
 from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.space import Space
 from ab_sim.record.recording.top_view import TopView
 from ab_sim.record.recording.vectors import Arrows
-from ab_sim.scene.drawn import ball_radius
 
 Parts = Iterator[tuple[str, Any]]  # entities and their data
 

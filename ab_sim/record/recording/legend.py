@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ab_sim.base.conventions import NOTATION, in_one_turn
+from ab_sim.base.presentation import NOTATION, in_one_turn
 from ab_sim.record.recording.drawing import Drawing
 from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.signals import Final

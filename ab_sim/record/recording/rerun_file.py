@@ -22,7 +22,7 @@ import pyarrow.compute
 from numpy.typing import NDArray
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.base.input_file import check_regular
+from ab_sim.base.files import check_regular
 from ab_sim.base.protobuf import fields_of
 
 T = TypeVar("T")

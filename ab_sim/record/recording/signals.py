@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.base.conventions import last_stretch
+from ab_sim.base.presentation import last_stretch
 from ab_sim.record.recording.layout import Array
 
 MOST_SUMS = 20_000

@@ -16,10 +16,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.base.palette import GREY, UNBALANCE, ball_colour
+from ab_sim.drive.urdf import DISC, MARK, MARK_PLACE, PLATE
 from ab_sim.record.recording.layout import Array
 from ab_sim.record.recording.overlapping_balls import stacked
 from ab_sim.record.recording.vectors import Arrows
-from ab_sim.scene.drawn import DISC, MARK, MARK_PLACE, PLATE
 
 Parts = Iterator[tuple[str, Any]]
 

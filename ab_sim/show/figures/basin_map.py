@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from ab_sim.base.conventions import NOTATION
+from ab_sim.base.presentation import NOTATION
 from ab_sim.design.basin import (
     BALANCED,
     CHANGING,

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from ab_sim.base.conventions import NOTATION, in_one_turn
+from ab_sim.base.presentation import NOTATION, in_one_turn
 
 WINDOW = 0.01
 """Width of the window in which swings are counted, as a share of the time axis."""

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.analysis.floquet import Followed, Stability
-from ab_sim.base.conventions import in_one_turn
+from ab_sim.base.presentation import in_one_turn
 from ab_sim.show.figures.saved import ResultFigure, save
 
 COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}

@@ -8,9 +8,8 @@ from matplotlib.axis import Axis, Tick
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from ab_sim.base.errors import InputError
-from ab_sim.base.output_file import write_whole
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import InputError, visible
+from ab_sim.base.files import write_whole
 
 
 class ResultFigure(Figure):

@@ -9,8 +9,8 @@ import numpy as np
 
 from ab_sim.analysis.metrics import Metrics, metrics_of_blocks, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
-from ab_sim.base.conventions import last_stretch
 from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.presentation import last_stretch
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.rotor_without_balls import RotorWithoutBalls, WhirlWithoutBalls
 from ab_sim.drive.rows import channels_of

@@ -9,8 +9,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from ab_sim.base.output_file import write_whole
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import visible
+from ab_sim.base.files import write_whole
 from ab_sim.show.figures.colours import GREY, MAP
 from ab_sim.show.reports.grid import Grid, Limits, grid_title
 from ab_sim.show.reports.panels import TIME, Panel

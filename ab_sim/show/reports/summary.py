@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
 from ab_sim.analysis.metrics.metric import DEFAULT_UNITS, NO, NOTHING, Display
 from ab_sim.analysis.metrics.metric import Row as MetricRow
-from ab_sim.base.conventions import LAST, NOTATION
+from ab_sim.base.presentation import LAST, NOTATION
 from ab_sim.show.reports.gather import RunData
 from ab_sim.show.reports.panels import whirl_scale
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ab_sim import Scene, Trajectory, simulate_batch
 from ab_sim.analysis.metrics import metrics_of
-from ab_sim.base.conventions import last_stretch
+from ab_sim.base.presentation import last_stretch
 
 STARTS = ((0.01, 0.02, 0.03), (0.30, 0.32, 0.34))
 """Ball angles of the paper's two starts, in pi; balls and deck rest on axes that turn with the

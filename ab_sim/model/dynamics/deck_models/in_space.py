@@ -25,8 +25,8 @@ from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.mounts import MOUNT_WIDTH, mount_energy
 from ab_sim.model.equations.orientation import turn_of
 from ab_sim.model.equations.sums import over_effects
-from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import inertia_matrix
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -1,11 +1,11 @@
-"""Checks of numbers from files, which may have been edited: type and range."""
+"""Numbers from texts and from stored files, which may have been edited: form, type and range."""
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from ab_sim.base.errors import NOT_AS_WRITTEN
-from ab_sim.base.quoting import short
+from ab_sim.base.errors import NOT_AS_WRITTEN, short
 
 T = TypeVar("T")
 
@@ -60,3 +60,30 @@ def reason_of(error: Exception) -> str:
     if isinstance(error, ValueError):
         return str(error)
     return f"it is not in the form that ab_sim writes ({short(error)}); save it again"
+
+
+_WRITTEN = re.compile(r"\s*[-+0-9a-zA-Z.]+\s*")
+
+
+def number_in(text: str) -> float:
+    """Return the number in a text.
+
+    Raises:
+        ValueError: the text is not a number.
+    """
+    return float(_checked(text))
+
+
+def whole_number_in(text: str) -> int:
+    """Return the whole number in a text.
+
+    Raises:
+        ValueError: the text is not a whole number.
+    """
+    return int(_checked(text))
+
+
+def _checked(text: str) -> str:
+    if _WRITTEN.fullmatch(text) is None:
+        raise ValueError(f"{text!r} is not a number with the digits 0 to 9")
+    return text

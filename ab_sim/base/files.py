@@ -1,14 +1,35 @@
-"""Checks of files for results, before any work is done, and their atomic writing."""
+"""Users' files: checks of paths before any work is done, atomic writing, locks, cached results."""
 
 import contextlib
 import errno
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import IO
+
+import platformdirs
 
 from ab_sim.base.errors import InputError
+
+SPECIAL = "it is a pipe or a device; write its content to a file first"
+
+
+def check_regular(path: Path) -> None:
+    """Refuse a pipe or a device, which may block a reader or never end.
+
+    Raises:
+        OSError: the path is a pipe or a device, or does not exist; ``strerror`` has the reason.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError as error:
+        raise FileNotFoundError(errno.ENOENT, "no such file", str(path)) from error
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise OSError(errno.EINVAL, SPECIAL, str(path))
+
 
 PICTURE = (".png", ".svg", ".pdf")
 RECORDING = (".rrd",)
@@ -183,3 +204,121 @@ def replacing(file: Path) -> Iterator[Path]:
     except BaseException:
         unfinished.unlink(missing_ok=True)
         raise
+
+
+try:
+    import fcntl
+except ImportError:
+    fcntl = None  # type: ignore[assignment]
+
+
+def lock(file: IO[bytes] | int, wait: bool = False) -> None:
+    """Lock an open file for this process until it is closed.
+
+    Args:
+        file: the file, or its descriptor.
+        wait: whether to wait while another process holds a lock on it.
+
+    Raises:
+        BlockingIOError: another process holds a lock on it, and ``wait`` is False.
+    """
+    if fcntl is not None:
+        fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def is_being_written(path: Path) -> bool:
+    """Return whether another process locks a file or, on Linux, has it open for writing.
+
+    Files of other users, and file systems without leases, count as not open for writing.
+    """
+    if fcntl is None:
+        return False
+    with path.open("rb") as file:
+        return _is_held(file)
+
+
+def _is_held(file: IO[bytes]) -> bool:
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    try:  # Linux refuses a lease on a file that is open for writing
+        fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
+        fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
+    except BlockingIOError:
+        return True
+    except (OSError, AttributeError):  # AttributeError: macOS has no leases
+        pass
+    return False
+
+
+def cache_folder() -> Path | None:
+    """Return the folder of cached results, created if missing; None if there is no safe place.
+
+    The folder is in the user's folder for caches (Linux: ``$XDG_CACHE_HOME``, else ``~/.cache``).
+    If another user could write there, it is in the system's folder for temporary files.
+    """
+    home = platformdirs.user_cache_path("ab_sim", appauthor=False)
+    for base in (home, *_among_temporary_files()):
+        try:
+            folder = base.joinpath("results").resolve()
+            for part in (*reversed(folder.parents), folder):
+                if not part.exists():
+                    part.mkdir(mode=0o700, exist_ok=True)
+            if _is_ours_alone(folder):
+                return folder
+        except (OSError, RuntimeError):  # RuntimeError: links in a circle
+            continue
+    return None
+
+
+def _among_temporary_files() -> list[Path]:
+    """Return this user's folder among the temporary files; empty on systems without user ids."""
+    if os.name != "posix":
+        return []
+    return [Path(tempfile.gettempdir(), f"cache-{os.getuid()}", "ab_sim")]
+
+
+def _is_ours_alone(folder: Path) -> bool:
+    """Return whether only this user can write to a folder or replace it.
+
+    This is required because the folder's content is trusted. Links were resolved before; each part
+    of the path must be a folder, because otherwise a link may have replaced it since. On Windows,
+    other users have no access to a user's folder for caches.
+    """
+    if os.name != "posix":
+        return os.access(folder, os.W_OK)
+    me = os.getuid()
+    status, *above = [part.lstat() for part in (folder, *folder.parents)]
+    return (
+        status.st_uid == me
+        and not _others_write(status)
+        and os.access(folder, os.W_OK)
+        and all(stat.S_ISDIR(part.st_mode) for part in (status, *above))
+        # In a sticky folder, such as /tmp, users rename and remove only their own files.
+        and all(
+            part.st_uid in (0, me) and (part.st_mode & stat.S_ISVTX or not _others_write(part))
+            for part in above
+        )
+    )
+
+
+def _others_write(status: os.stat_result) -> bool:
+    if status.st_mode & stat.S_IWGRP and not _is_private(status.st_gid):
+        return True
+    return bool(status.st_mode & stat.S_IWOTH)
+
+
+def _is_private(group: int) -> bool:
+    """Return whether this is the user's private group, which has no other members."""
+    try:
+        import grp
+        import pwd
+    except ImportError:
+        return False
+    try:
+        me, members = pwd.getpwuid(os.getuid()), grp.getgrgid(group)
+    except KeyError:
+        return False
+    is_own_group = group == me.pw_gid and members.gr_name == me.pw_name
+    return is_own_group and set(members.gr_mem) <= {me.pw_name}

@@ -1,21 +1,81 @@
-"""Taylor coefficients of expressions along a motion, each computed from those of lower order.
+"""Derivatives of expressions: along a direction, and of high order along a motion (Taylor series).
 
-This is automatic differentiation of high order: Moore, Interval Analysis (1966), ch. 11; Jorba and
-Zou (2005), Exp. Math. 14, 99-117; Griewank and Walther, Evaluating Derivatives (2008), ch. 13.
-Coefficient k of x' = f(x) is coefficient k - 1 of f, divided by k; coefficients of f follow from
-those of its parts by one recurrence per operation.
+Taylor coefficients are automatic differentiation of high order: Moore, Interval Analysis (1966),
+ch. 11; Jorba and Zou (2005), Exp. Math. 14, 99-117; Griewank and Walther, Evaluating Derivatives
+(2008), ch. 13. Coefficient k of x' = f(x) is coefficient k - 1 of f, divided by k; coefficients of
+f follow from those of its parts by one recurrence per operation.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from ab_sim.tracing.expression import (
     Expression,
     Level,
+    across,
     is_constant,
     lifted,
+    reachable_nodes,
     rebuilt,
+    rows,
+    total,
     where,
 )
+
+Rule = Callable[[Expression, Sequence[Expression], Sequence[Expression]], Expression]
+
+
+def derivatives(
+    roots: Iterable[Expression],
+    along: Mapping[Expression, Expression],
+) -> list[Expression]:
+    """Return the derivatives of roots along a direction.
+
+    Args:
+        roots: expressions of one graph.
+        along: rate of change of each input, an expression of the same graph; inputs that are
+            missing stay constant.
+
+    Returns:
+        Rates of change of the roots, in the order of the roots. The rate of ``abs`` at 0 is that of
+        its argument. The rate of ``where`` is that of the branch taken, also at the switch, where
+        the function has no derivative.
+
+    Raises:
+        ValueError: a key of ``along`` is not an input.
+    """
+    roots = list(roots)
+    for x in along:
+        if x.op != "input":
+            raise ValueError(f"along: {x} is not an input; a direction changes inputs only")
+    rates: dict[int, Expression] = {}
+    for x in reachable_nodes(roots):
+        zero = x.graph.constant(0.0)
+        changes = [rates[arg.number] for arg in x.args]
+        if x in along:
+            rates[x.number] = along[x]
+        elif x.op in ("lt", "le") or all(is_constant(change, 0.0) for change in changes):
+            rates[x.number] = zero
+        else:
+            rates[x.number] = _CHANGES[x.op](x, x.args, changes)
+    return [rates[root.number] for root in roots]
+
+
+_CHANGES: dict[str, Rule] = {
+    "add": lambda x, a, d: d[0] + d[1],
+    "sub": lambda x, a, d: d[0] - d[1],
+    "mul": lambda x, a, d: d[0] * a[1] + a[0] * d[1],
+    "div": lambda x, a, d: (d[0] - x * d[1]) / a[1],
+    "neg": lambda x, a, d: -d[0],
+    "abs": lambda x, a, d: where(a[0] < 0.0, -d[0], d[0]),
+    "sqrt": lambda x, a, d: d[0] / (2.0 * x),
+    "fma": lambda x, a, d: d[0] * a[1] + a[0] * d[1] + d[2],
+    "where": lambda x, a, d: where(a[0], d[1], d[2]),
+    "cos": lambda x, a, d: -(a[0].sin() * d[0]),
+    "sin": lambda x, a, d: a[0].cos() * d[0],
+    "total": lambda x, a, d: total(d[0]),
+    "rows": lambda x, a, d: rows(d[0]),
+    "across": lambda x, a, d: across(d[0]),
+}
 
 
 class NotAnalyticError(ValueError):
@@ -88,9 +148,11 @@ class PowerSeries:
             return self.product(args[0], args[1], k)
         if x.op == "where" and args[0].level <= Level.PARAMETER:
             return where(args[0], of(args[1], k), of(args[2], k))
-        if x.op not in _RULES:
+        if x.op not in _COEFFICIENTS:
             raise NotAnalyticError(f"{x.op} has no Taylor series: {x}")
-        return rebuilt(x, [of(arg, 0) for arg in args]) if k == 0 else _RULES[x.op](self, x, k)
+        return (
+            rebuilt(x, [of(arg, 0) for arg in args]) if k == 0 else _COEFFICIENTS[x.op](self, x, k)
+        )
 
 
 def _quotient(of: PowerSeries, x: Expression, k: int) -> Expression:
@@ -119,7 +181,7 @@ def _turning(of: PowerSeries, x: Expression, k: int) -> Expression:
     return coefficient * (sign / k)
 
 
-_RULES: dict[str, Callable[[PowerSeries, Expression, int], Expression]] = {
+_COEFFICIENTS: dict[str, Callable[[PowerSeries, Expression, int], Expression]] = {
     "div": _quotient,
     "sqrt": _root,
     "cos": _turning,
