@@ -112,7 +112,7 @@ def test_on_a_terminal(tmp_path: Path) -> None:
 def test_in_a_nodes_log(domain: int) -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2")
     program = (
-        "from ab_sim.nodes.arguments import init_ros\n"
+        "from ab_sim.nodes.process import init_ros\n"
         "from ab_sim.nodes.base_node import BaseNode\n"
         "init_ros(['talker'])\n"
         "log = BaseNode('talker').get_logger()\n"

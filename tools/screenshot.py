@@ -20,7 +20,7 @@ import rerun_cli
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from ab_sim.record.recording import read_recording
+from ab_sim.record.recording import open_recording
 from ab_sim.record.recording.blueprint import blueprint
 from ab_sim.record.recording.drawing import Drawing
 
@@ -30,14 +30,14 @@ SIZE = "1400x900"
 
 def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
     """Open a viewer, load the recording, move to a time and take the picture."""
-    run = read_recording(file)
+    run = open_recording(file)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     with tempfile.TemporaryDirectory() as folder:
         layout = Path(folder) / "page.rbl"
         drawing = Drawing.of(run.description)
-        wanted = blueprint(drawing, run.channels, list(run.scalars), page=int(page))
+        wanted = blueprint(drawing, run.channels, list(run.notes.scalars), page=int(page))
         wanted.save("ab_sim", str(layout))
         command = [str(Path(rerun_cli.__file__).parent / "rerun"), "--headless"]
         command += ["--bind", "127.0.0.1", "--port", str(port), "--window-size", SIZE]

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from ab_sim.base.files import FMU, check_ending, check_writable
-from ab_sim.export.c_code import writing
-from ab_sim.export.c_code.sources import sources_of
+from ab_sim.export.c_code import fmu
+from ab_sim.export.c_code.sources import sources_of, write_sources
 from ab_sim.scene.load import SceneLike, as_scene
 
 
@@ -38,7 +38,7 @@ def write_c(scene: SceneLike, folder: Path | str) -> list[Path]:
     >>> [file.name for file in ab_sim.write_c(scene, "drive")]
     ['drive.h', 'drive.c', 'main.c', 'drive_check.c', 'CMakeLists.txt', 'README.md']
     """
-    return writing.write_sources(sources_of(as_scene(scene)), Path(folder), "folder")
+    return write_sources(sources_of(as_scene(scene)), Path(folder), "folder")
 
 
 def write_fmu(scene: SceneLike, file: Path | str) -> str | None:
@@ -72,4 +72,4 @@ def write_fmu(scene: SceneLike, file: Path | str) -> str | None:
     path = Path(file)
     check_ending(path, FMU, "file")
     check_writable(path, "file")
-    return writing.write_fmu(sources_of(as_scene(scene)), path, "file").binary
+    return fmu.write_fmu(sources_of(as_scene(scene)), path, "file").binary

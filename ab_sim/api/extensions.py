@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from ab_sim.engine.integrate import registry as steppers
 from ab_sim.engine.integrate.explicit import explicit
-from ab_sim.export.formulas.methods import METHODS
+from ab_sim.export.formulas.effects import METHODS
 from ab_sim.scene import registry as effects
 
 Effect = TypeVar("Effect", bound=type[tuple[object, ...]])

@@ -7,8 +7,8 @@ from ab_sim.cli.recording_commands import UrdfOptions
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import COptions
 from ab_sim.drive.urdf import urdf_of
-from ab_sim.export.c_code.sources import NAMES, sources_of
-from ab_sim.export.c_code.writing import check_output, write_fmu, write_sources
+from ab_sim.export.c_code.fmu import write_fmu
+from ab_sim.export.c_code.sources import NAMES, check_output, sources_of, write_sources
 from ab_sim.scene import load_scene
 
 

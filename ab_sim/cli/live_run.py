@@ -26,8 +26,7 @@ from ab_msgs_py.services import answer_of, switch_request, trigger_request
 from ab_sim.base import interruption
 from ab_sim.base.errors import AbSimError, InputError, Interrupted
 from ab_sim.base.plug_ins import loaded_files
-from ab_sim.nodes.arguments import init_ros
-from ab_sim.nodes.leaving import leave_graph
+from ab_sim.nodes.process import init_ros, leave_graph
 from ab_sim.scene import Scene
 from ab_sim.show.viewing import STARTED
 

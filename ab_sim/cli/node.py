@@ -172,7 +172,7 @@ def speed_command(options: CommandOptions) -> None:
     """
     speed = _speed(options.speed)
     node = _full_name(options.namespace, options.node, options.wait)
-    from ab_sim.nodes.speed_caller import SpeedCaller
+    from ab_sim.nodes.caller import SpeedCaller
 
     caller = SpeedCaller(options.wait)
     with caller, people.status(f"commanding {node}"):

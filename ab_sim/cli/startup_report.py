@@ -11,7 +11,7 @@ from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.run import metrics_table
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.spindle import SpeedSchedule
-from ab_sim.record.recording import read_recording
+from ab_sim.record.recording import open_recording
 from ab_sim.scene import Scene
 from ab_sim.show.figures.run import run_figure
 
@@ -33,9 +33,8 @@ def report_startup(
         figures: labels and values that only the live run has.
         hint: text on how to view the recording again.
     """
-    recorded = read_recording(recording)
-    whole = Trajectory(recorded.channels, recorded.samples)
-    live = _from_profile_start(whole, scene.duration)
+    recorded = open_recording(recording)
+    live = _from_profile_start(recorded.trajectory(), scene.duration)
     offline = run_scene(scene)
     comparison = compare_run(offline)
     profile, begins = SpeedSchedule.of_scene(scene), offline.variable_speed_period
@@ -45,7 +44,7 @@ def report_startup(
     runs = {"live": metrics_of(live, scene), "offline": offline.metrics}
     console.print(metrics_table(f"Start-up of {scene.name}", scene, runs, comparison))
     table = Table(show_header=False, title="The live run")
-    lost = recorded.missing + sum(int(figures.pop(label)) for label in LOSSES)
+    lost = recorded.extent.missing + sum(int(figures.pop(label)) for label in LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():
         table.add_row(label, value)
     table.add_row("samples against the offline run", _difference(live, offline.trajectory))

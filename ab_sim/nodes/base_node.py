@@ -1,17 +1,26 @@
-"""Base class of all nodes."""
+"""Base classes of nodes and action servers, and the publisher of a node's diagnostics."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import Any
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, wait
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
 from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.service import Service
 
-from ab_msgs_py.services import Answer, serve_switch, serve_trigger
-from ab_sim.base.errors import AbSimError, visible
+from ab_msgs_py import Health, Level, Task, topics
+from ab_msgs_py.services import CHANGE_STATE, Answer, answer_waiting, serve_switch, serve_trigger
+from ab_sim.base.errors import AbSimError, Interrupted, visible
+from ab_sim.nodes.parameters import PARAMETERS, changed_parameters
 
 
 class BaseNode(Node):
@@ -57,3 +66,298 @@ class _Logger(RcutilsLogger):
 
     def error(self, message: str, **filters: Any) -> bool:
         return super().error(visible(message), **filters)
+
+
+GLANCE = 0.05
+"""Time between two checks for requests when the loop is idle [s]."""
+PROGRESS = 5.0
+"""Time between two log messages on the progress of long work [s]."""
+Result = TypeVar("Result")
+Say = Callable[[str], Any]
+
+
+class ManagedNode(BaseNode, LifecycleNode):
+    """Base class; subclasses implement ``configure``, ``activate``, ``deactivate`` and ``cleanup``.
+
+    An AbSimError refuses the transition and is logged; any other exception ends the node.
+
+    Args:
+        name: name of the node.
+        urgent: names of further services that the main loop serves, and not the executor.
+    """
+
+    def __init__(self, name: str, *urgent: str) -> None:
+        super().__init__(name)
+        self.stopping = threading.Event()
+        self._urgent = {self.resolve_service_name(name) for name in (CHANGE_STATE, *urgent)}
+        self.by_loop = [s for s in super().services if s.service_name in self._urgent]
+        """Services that the main loop serves; the creator of an urgent service appends it."""
+        self._failure: Exception | None = None
+
+    @property
+    def services(self) -> Iterator[Service[Any, Any]]:
+        """Services that the executor serves: all but those of the main loop."""
+        return (s for s in super().services if s.service_name not in self._urgent)
+
+    def destroy_node(self) -> None:
+        """Destroy the node and its state machine.
+
+        rclpy leaves the state machine, which refers to the node, to the garbage collector. At the
+        end of a process, this may never run. Peers would then see the node until the DDS lease of
+        20 s ends.
+        """
+        super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()
+
+    def configure(self) -> None:
+        """Perform the transition configure: load and prepare, which may take long."""
+        raise NotImplementedError
+
+    def activate(self) -> None:
+        """Perform the transition activate: start simulated time."""
+        raise NotImplementedError
+
+    def deactivate(self) -> None:
+        """Perform the transition deactivate: stop simulated time."""
+        raise NotImplementedError
+
+    def cleanup(self) -> None:
+        """Perform the transition cleanup: release all resources."""
+        raise NotImplementedError
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Configure; called by rclpy."""
+        return self._done(self.configure)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Activate; called by rclpy."""
+        return self._done(self.activate)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Deactivate; called by rclpy."""
+        return self._done(self.deactivate)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Clean up; called by rclpy."""
+        return self._done(self.cleanup)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Request an orderly exit, as after a signal; called by rclpy."""
+        self.stopping.set()
+        return TransitionCallbackReturn.SUCCESS
+
+    def start_up(self) -> None:
+        """Configure and activate without a request.
+
+        Raises:
+            AbSimError: a transition failed; ``Interrupted``: the node is to exit.
+        """
+        for transition in (self.trigger_configure, self.trigger_activate):
+            if transition() is not TransitionCallbackReturn.SUCCESS:
+                self._raise()
+
+    def answer(self) -> None:
+        """Serve the services of the main loop, transitions included.
+
+        Raises:
+            Exception: a transition raised an error that is not an AbSimError.
+        """
+        for service in self.by_loop:
+            answer_waiting(service)
+        if isinstance(self._failure, AbSimError):
+            if not self.stopping.is_set():
+                self.get_logger().error(str(self._failure))
+            self._failure = None
+        elif self._failure is not None:
+            self._raise()
+
+    def run_in_thread(self, act: Callable[[Say], Result], doing: str) -> Result:
+        """Run long work in a separate thread, and serve requests until it is done.
+
+        Args:
+            act: function that does the work. Its argument is a function that queues a text for the
+                log; the main loop logs it, because ROS may be shut down before ``act`` returns.
+            doing: name of the work, for the log.
+
+        Raises:
+            Interrupted: the node is to exit; ``act`` is abandoned.
+            Exception: any exception of ``act``.
+        """
+        messages: SimpleQueue[str] = SimpleQueue()
+        future = _in_a_thread(lambda: act(messages.put))
+        began = logged = time.monotonic()
+        while not wait([future], timeout=GLANCE).done:
+            if self.stopping.is_set():
+                raise Interrupted("interrupted")
+            while not messages.empty():
+                self.get_logger().info(messages.get())
+            if (now := time.monotonic()) - logged > PROGRESS:
+                logged = now
+                self.get_logger().info(f"{doing}: {now - began:.0f} s so far")
+            self.answer()
+        return future.result()
+
+    def run_unless_shut_down(self, act: Callable[[], Result]) -> Result:
+        """Run long work of a callback in a separate thread, and wait for its end.
+
+        A callback that does not return would keep the node from exiting and from leaving the graph.
+
+        Raises:
+            Interrupted: the node is to exit; ``act`` is abandoned.
+            Exception: any exception of ``act``.
+        """
+        future = _in_a_thread(act)
+        while not wait([future], timeout=GLANCE).done:
+            if self.stopping.is_set():
+                raise Interrupted("interrupted")
+        return future.result()
+
+    def _done(self, act: Callable[[], None]) -> TransitionCallbackReturn:
+        """Perform a transition, and keep its exception for the main loop: rclpy would drop it."""
+        try:
+            act()
+        except Exception as error:
+            self._failure = error
+            refused = isinstance(error, AbSimError)
+            return TransitionCallbackReturn.FAILURE if refused else TransitionCallbackReturn.ERROR
+        return TransitionCallbackReturn.SUCCESS
+
+    def _raise(self) -> NoReturn:
+        assert self._failure is not None
+        raise self._failure
+
+
+def _in_a_thread(act: Callable[[], Result]) -> Future[Result]:
+    future: Future[Result] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(act())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=work, name="aside", daemon=True).start()
+    return future
+
+
+if TYPE_CHECKING:
+    Goal = ServerGoalHandle[Any, Any, Any]
+    _AnyActionServer = ActionServer[Any, Any, Any]
+else:  # rclpy 7 of ROS 2 Jazzy does not support subscripts at run time
+    Goal, _AnyActionServer = ServerGoalHandle, ActionServer
+
+
+class GoalServer(_AnyActionServer):
+    """Action server whose goals execute without a callback of rclpy.
+
+    rclpy executes a goal by a coroutine that polls, with which its ``EventsExecutor`` uses a whole
+    core. Here, no code of rclpy runs while a goal is executing, and ``end`` sets its result.
+
+    Args:
+        node: node that offers the action.
+        kind: type of the action.
+        name: name of the action.
+        accepted: function that is called with each goal, and calls ``goal.execute()``.
+        cancel: function that is called with a goal that its client wants to cancel.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        name: str,
+        accepted: Callable[[Goal], None],
+        cancel: Callable[[Goal], CancelResponse],
+    ) -> None:
+        super().__init__(
+            node,
+            kind,
+            name,
+            lambda goal: None,  # not used: `end` schedules a callback for each goal
+            handle_accepted_callback=accepted,
+            cancel_callback=cancel,
+        )
+
+    def notify_execute(
+        self, goal_handle: Goal, execute_callback: Callable[[Goal], Any] | None
+    ) -> None:
+        """Schedule the callback as rclpy does; without a callback, do nothing.
+
+        ``Goal.execute`` calls this method.
+        """
+        if execute_callback is not None:
+            super().notify_execute(goal_handle, execute_callback)
+
+    def end(self, goal: Goal, well: bool, result: Any) -> None:
+        """End a goal with a result message: canceled if requested, else succeeded or aborted.
+
+        Args:
+            goal: executing goal.
+            well: whether the goal has succeeded.
+            result: result message.
+        """
+
+        def executed(goal: Goal) -> Any:
+            if goal.is_cancel_requested:
+                goal.canceled()
+            elif well:
+                goal.succeed()
+            else:
+                goal.abort()
+            return result
+
+        self.notify_execute(goal, executed)
+
+
+class DiagnosticsPublisher:
+    """Publishes a node's diagnostics, and logs each change of their level.
+
+    Args:
+        node: publishing node.
+        task: task of the node, which is part of the entry's name.
+    """
+
+    def __init__(self, node: Node, task: Task) -> None:
+        self._node, self._task = node, task
+        self._topic = topics.DIAGNOSTICS.publisher(node)
+        self._level = Level.OK
+
+    def publish(
+        self,
+        level: Level,
+        text: str,
+        values: Mapping[str, str],
+        time_ns: int,
+        hardware: str = "ab_sim",
+        logged: bool = False,
+    ) -> bool:
+        """Publish the present state and the node's parameters.
+
+        Args:
+            level: level of the state.
+            text: description of the state.
+            values: values by name, with units in the names.
+            time_ns: simulated time [ns].
+            hardware: ``hardware_id`` of the entry.
+            logged: whether the text has already been logged.
+
+        Returns:
+            True if the text has been logged, now or before.
+        """
+        name = self._node.get_fully_qualified_name()
+        entries = {**values, PARAMETERS: changed_parameters(self._node)}
+        health = Health(name, self._task, level, text, entries, hardware, time_ns)
+        self._topic.publish(topics.DIAGNOSTICS.message(health))
+        before, self._level = self._level, level
+        if level is not before and not logged:
+            self._log(level, text)
+        return logged or level is not before
+
+    def _log(self, level: Level, text: str) -> None:
+        logger = self._node.get_logger()
+        if level is Level.ERROR:
+            logger.error(text)
+        elif level is Level.WARN:
+            logger.warning(text)
+        else:
+            logger.info(f"no more warnings: {text}")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
-from typing import Any
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 from rclpy.subscription import Subscription
@@ -15,8 +16,64 @@ from ab_msgs_py.samples import nanoseconds_of
 from ab_msgs_py.topic import GID_LENGTH, Topic, arrived
 from ab_sim.base.errors import CommandError, exact, shortened
 from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
-from ab_sim.nodes.durations import DurationHistogram
-from ab_sim.nodes.sources import Endpoint, Sources
+from ab_sim.nodes.pacing import DurationHistogram
+
+PARTICIPANT = 12
+"""Length of the part of an endpoint's identifier that identifies its participant [bytes]."""
+
+
+class Endpoint(NamedTuple):
+    """Publisher of commands."""
+
+    topic: str
+    node: str
+    """Full name of the publisher's node."""
+    gid: bytes
+    """Identifier of the publisher in DDS."""
+
+
+class CommandSources(NamedTuple):
+    """Nodes that command a drive."""
+
+    alive: int = 0
+    """Number of sources; a node with publishers on several topics counts once."""
+    dead: int = 0
+    """Number of publishers that may be dead, although their DDS lease has not ended."""
+
+    @staticmethod
+    def of(
+        endpoints: Sequence[Endpoint], heard: Collection[bytes], lately: set[bytes]
+    ) -> CommandSources:
+        """Count the sources among publishers, by the messages received from them.
+
+        DDS lists a killed process for another 20 s. It does not count if another process with a
+        node of the same name has recently sent, because the node was then restarted. A publisher
+        without recent messages may be dead, or may only send changes.
+
+        Args:
+            endpoints: all publishers that DDS lists.
+            heard: identifiers of the publishers that have sent a message at any time.
+            lately: identifiers of the publishers that have recently sent a message.
+        """
+        talking = {
+            (endpoint.node, endpoint.gid[:PARTICIPANT])
+            for endpoint in endpoints
+            if endpoint.gid in lately
+        }
+        names = {node for node, _ in talking}
+        publishers = Counter[tuple[str, bytes, str]]()
+        dead = 0
+        for topic, node, gid in endpoints:
+            talks = (node, gid[:PARTICIPANT]) in talking
+            if talks or node not in names:
+                publishers[node, gid[:PARTICIPANT], topic] += 1
+            dead += not talks and (node in names or gid in heard)
+        counts = dict[tuple[str, bytes], int]()
+        for (node, participant, _), count in publishers.items():
+            source = node, participant
+            counts[source] = max(counts.get(source, 0), count)
+        return CommandSources(sum(counts.values()), dead)
+
 
 AT_ONCE = 1000
 """Largest number of commands of a topic read at a wake-up, in about 4 ms; others remain queued."""
@@ -65,7 +122,7 @@ class PendingCommands:
         self._answered = -math.inf
         self._last_trajectory: TrajectoryAnswer | None = None
         self._publishers: list[int] = []
-        self._sources = Sources()
+        self._sources = CommandSources()
         self._awake, self._taken = 0, time.monotonic_ns()
         """Total time by the steady clock without pauses, and the last reading of the clock [ns]."""
         self._heard: dict[bytes, int] = {}
@@ -91,7 +148,7 @@ class PendingCommands:
         """Destroy the subscriptions."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
-        self._subscriptions, self._publishers, self._sources = (), [], Sources()
+        self._subscriptions, self._publishers, self._sources = (), [], CommandSources()
         self._heard.clear()
         self._renewed = False
         self._wrong_type.clear()
@@ -214,7 +271,7 @@ class PendingCommands:
     def _publishers_of(self, topic: Topic) -> list[Any]:
         return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic.name))
 
-    def _count_sources(self) -> Sources:
+    def _count_sources(self) -> CommandSources:
         endpoints = [
             Endpoint(
                 topic.name,
@@ -228,7 +285,9 @@ class PendingCommands:
         present = {endpoint.gid for endpoint in endpoints}
         self._heard = {gid: time for gid, time in self._heard.items() if gid in present}
         since = self._awake - round(LATELY * 1e9)
-        return Sources.of(endpoints, self._heard, {g for g, t in self._heard.items() if t >= since})
+        return CommandSources.of(
+            endpoints, self._heard, {g for g, t in self._heard.items() if t >= since}
+        )
 
     def warnings(self) -> list[str]:
         """Return warnings for the diagnostics."""

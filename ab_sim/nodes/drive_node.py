@@ -15,16 +15,15 @@ from ab_msgs_py.services import EMERGENCY_STOP, answer_waiting
 from ab_sim.base.errors import AbSimError, CommandError, Interrupted
 from ab_sim.base.files import REPORT, check_ending
 from ab_sim.drive.faults.fault import faults_of
+from ab_sim.nodes.base_node import GLANCE, ManagedNode, Say
 from ab_sim.nodes.commands import unused_callback
 from ab_sim.nodes.drive_health import PERIOD
 from ab_sim.nodes.drive_settings import DRIVE_PARAMETERS, rates_of, tolerance_of
-from ab_sim.nodes.fair_lock import FairLock
-from ab_sim.nodes.managed_node import GLANCE, ManagedNode, Say
 from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.parameters import Parameters, Values, path_of
 from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
+from ab_sim.nodes.realtime import FairLock, StallGuard
 from ab_sim.nodes.session import INACTIVE, Session
-from ab_sim.nodes.stall_guard import StallGuard
 from ab_sim.scene import Scene
 
 PROMPT = 0.003

@@ -1,18 +1,24 @@
-"""Publishers of a drive's node: state at each wake-up, sample blocks, clock and diagnostics."""
+"""Publishers of a drive's node: state at each wake-up, sample blocks, sensors, clock and faults."""
+
+from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from operator import itemgetter
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 
-from ab_msgs_py import Block, Level, PoseSample, Task, Topic, topics
+from ab_msgs_py import Block, ImuSample, Level, PoseSample, Task, Topic, WhirlSample, topics
+from ab_msgs_py.imu import FORCE
 from ab_msgs_py.prefilled import Prefilled
-from ab_msgs_py.samples import DECK
+from ab_msgs_py.samples import DECK, frame_of
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.faults.active import ActiveFaults
+from ab_sim.drive.faults.fault import Fault
 from ab_sim.drive.published import (
     AXES,
     CONSTANTS,
@@ -22,12 +28,171 @@ from ab_sim.drive.published import (
     effort,
     pose,
 )
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.sensing import noise_variance
+from ab_sim.drive.trajectory import Trajectory, taken
+from ab_sim.drive.turn_vector import TurnVector
 from ab_sim.drive.urdf import urdf_of
-from ab_sim.nodes.accelerometers import Accelerometers
-from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
-from ab_sim.nodes.turn_vector_publisher import TurnVectorPublisher
+from ab_sim.nodes.base_node import DiagnosticsPublisher
 from ab_sim.scene import Scene
+from ab_sim.scene.sensors import SPINDLE, steps_per_sample
+
+
+class _SensorStream(NamedTuple):
+    """Publisher of one sensor, and the conversion of its samples."""
+
+    publisher: Publisher[Any]
+    message: Prefilled
+    """Prefilled message; it takes a quarter of the time of message objects."""
+    name: str
+    axes: int
+    every: int
+    """Integration steps per sample."""
+    step_ns: int
+
+    def publish(self, run: Trajectory, faults: ActiveFaults) -> None:
+        """Publish the samples of consecutive integration steps that the sensor reports."""
+        # A sample takes 5 us, a thousand times a second or more, so nothing is done without
+        # subscribers.
+        if not self.publisher.get_subscription_count():
+            return
+        rows = taken(run, self.every)
+        at = run.channels.index(f"{self.name}_1")
+        steps, forces = faults.sampled(self.name, rows[:, 0], rows[:, at : at + self.axes])
+        for step, (x, y, *z) in zip(steps.tolist(), forces.tolist(), strict=True):
+            force = x, y, z[0] if z else 0.0
+            self.publisher.publish(self.message.at(int(step) * self.step_ns, force))
+
+
+class Accelerometers:
+    """Publishes every sample of a scene's accelerometers and probes.
+
+    Args:
+        node: publishing node; its namespace is part of the frames' names.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publishers: dict[str, Publisher[Any]] = {}
+        self._streams: list[_SensorStream] = []
+
+    def begin(self, scene: Scene) -> None:
+        """Publish this scene's sensors from now on, and warn of sensors that may alias."""
+        step, axes = scene.solver.step, 2 if scene.deck is None else 3
+        namespace, nothing = self._node.get_namespace(), (0.0, 0.0, 0.0)
+        prefilled: dict[str, tuple[Topic, Prefilled]] = {}
+        for number, (name, sensor) in enumerate(scene.sensors.items()):
+            topic = topics.imu_of(name, first=number == 0)
+            variance = noise_variance(sensor, step)
+            sample = ImuSample(0, nothing, variance, frame_of(namespace, name))
+            prefilled[name] = topic, Prefilled(topic.message(sample), FORCE)
+        for number, name in enumerate(scene.probes):
+            topic = topics.probe_of(name, first=number == 0)
+            place = WhirlSample(0, nothing, frame_of(namespace, name))
+            prefilled[name] = topic, Prefilled(topic.message(place))
+        self._streams = [
+            _SensorStream(
+                self._publisher(topic),
+                message,
+                name,
+                axes,
+                steps_per_sample(scene.pickups[name].sample_rate, step),
+                round(step * 1e9),
+            )
+            for name, (topic, message) in prefilled.items()
+        ]
+        for name, pickup in scene.pickups.items():
+            if aliases := pickup.aliasing(step):
+                self._node.get_logger().warning(f"sensor {name} {aliases}")
+
+    def publish(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
+        """Publish the samples taken during some integration steps, altered by sensor faults."""
+        for run in runs if self._streams else ():
+            for stream in self._streams if len(run) else ():
+                stream.publish(run, faults)
+
+    def _publisher(self, topic: Topic) -> Publisher[Any]:
+        # Publishers are kept: a scene loaded later may have the same sensor.
+        if topic.name not in self._publishers:
+            self._publishers[topic.name] = topic.publisher(self._node)
+        return self._publishers[topic.name]
+
+
+class TurnVectorPublisher:
+    """Publishes the once-per-turn vector over the last turn, if there are subscribers.
+
+    Args:
+        node: publishing node; its namespace is part of the frame's name.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = topics.ONCE_PER_TURN.publisher(node)
+        frame = frame_of(node.get_namespace(), SPINDLE)
+        self._message = Prefilled(
+            topics.ONCE_PER_TURN.message(WhirlSample(0, (0.0, 0.0, 0.0), frame))
+        )
+        self._turn: TurnVector | None = None
+
+    def begin(self, scene: Scene) -> None:
+        """Restart at the next sample, because it belongs to another run."""
+        self._turn, self._step_ns = None, round(scene.solver.step * 1e9)
+
+    def publish(self, runs: Sequence[Trajectory]) -> None:
+        """Publish the vector at the last sample, if there is a whole turn before it.
+
+        Args:
+            runs: samples of all integration steps since the last call.
+        """
+        if not self._publisher.get_subscription_count():
+            self._turn = None
+            return
+        if self._turn is None:
+            self._turn = TurnVector()
+        vector = complex(np.nan)
+        for run in runs:
+            if len(run):
+                vector = self._turn.of(run["angle"], run["x"], run["y"])[-1]
+                time = round(run["step"][-1]) * self._step_ns
+        if np.isfinite(vector):
+            place = float(vector.real), float(vector.imag), 0.0
+            self._publisher.publish(self._message.at(time, place))
+
+
+class FaultPublisher:
+    """Publisher of the drive's present faults.
+
+    Args:
+        node: publishing node.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node, self._topic = node, topics.FAULTS.publisher(node)
+        self._texts: list[str] | None = None
+
+    @property
+    def words(self) -> str:
+        """Present faults as one line of text."""
+        return ", ".join(self._texts or []) or "none"
+
+    def publish(self, faults: Sequence[Fault]) -> None:
+        """Publish the present faults, and log a change."""
+        before, self._texts = self._texts or [], [fault.text for fault in faults]
+        # Also published without faults, because the topic is latched: late subscribers would
+        # receive earlier faults.
+        self._topic.publish(topics.FAULTS.message(self._texts))
+        if self._texts != before:
+            self._node.get_logger().warning(f"faults in force: {self.words}")
+
+    def warnings(self) -> list[str]:
+        """Return a warning for each fault."""
+        return [f"fault: {text}" for text in self._texts or []]
+
+    def values(self) -> dict[str, str]:
+        """Return values for the diagnostics."""
+        return {"faults": self.words}
+
+    def close(self) -> None:
+        """Destroy the publisher."""
+        self._node.destroy_publisher(self._topic)
 
 
 class Outputs:
@@ -191,7 +356,7 @@ class Outputs:
         clock = self._node.resolve_topic_name(topics.CLOCK.name)
         return f"another simulator publishes {clock}: remap one of them, or use another domain"
 
-    def _stream(self, topic: Topic, messages: Template) -> "_Stream":
+    def _stream(self, topic: Topic, messages: Template) -> _Stream:
         handle = self._publishers[topic].handle
         # With the C handle, because rclpy's `publish` takes twice as long.
         return _Stream(

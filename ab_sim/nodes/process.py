@@ -1,7 +1,9 @@
-"""Process of a node: start, executor thread, orderly exit on Ctrl-C and SIGTERM."""
+"""Process of a node: start, executor thread, and orderly exit on Ctrl-C and SIGTERM."""
 
 import contextlib
 import ctypes
+import os
+import re
 import sys
 import threading
 import time
@@ -9,15 +11,187 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 import rclpy
+from rclpy.action import ActionServer
 from rclpy.duration import Duration
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from ab_sim.base import interruption
 from ab_sim.base.errors import AbSimError, InputError, shortened, visible
-from ab_sim.nodes.arguments import init_ros
-from ab_sim.nodes.leaving import leave_graph
+from ab_sim.nodes import discovery
+from ab_sim.nodes.discovery import stuck_ports, unheard_users
+
+SECURITY = "ROS_SECURITY_ENABLE"
+"""Environment variable that turns on ROS's security (SROS 2)."""
+MOST_DOMAIN = 232
+"""Largest domain id whose UDP port numbers exist (DDSI-RTPS, 9.6.2)."""
+UNREADABLE = re.compile(r"params file: '--params-file (.+)'\. Error: (.+?)\s*, at /", re.DOTALL)
+"""Part of rcl's error that names a parameter file and what is wrong with it."""
+
+
+def init_ros(arguments: Sequence[str] | None = None) -> None:
+    """Call ``rclpy.init`` with strict arguments and discovery on this machine only.
+
+    ``ab_sim.base.interruption`` handles signals. rclpy's own handlers would shut down the context
+    while messages are in flight.
+
+    Args:
+        arguments: program and arguments; default: those of the process.
+
+    Raises:
+        InputError: ROS would ignore an argument, or does not understand it; the domain is invalid,
+            or ROS cannot write its log.
+    """
+    argument_list = sys.argv if arguments is None else arguments
+    if stray := _outside_ros_args(argument_list[1:]):
+        raise InputError(
+            f"argument {stray[0]!r}: is unknown; parameters come after --ros-args, each after "
+            f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
+        )
+    _check_domain()
+    _check_security()
+    discovery.prepare()
+    for warning in (discovery.unused_transports(), unheard_users(), stuck_ports()):
+        if warning:
+            print(visible(warning), file=sys.stderr)
+    try:
+        rclpy.init(args=list(argument_list), signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        # rclpy does not export its own exceptions.
+        if "initialize logging" in str(error) or "for writing" in str(error):
+            raise InputError(
+                f"ROS cannot write its log: {error}; set ROS_LOG_DIR to a folder in which this "
+                "user can write"
+            ) from error
+        if "SECURITY ERROR" in str(error):
+            raise InputError(
+                f"{SECURITY} = 'true': {error}; set ROS_SECURITY_KEYSTORE to a keystore with an "
+                f"enclave for this node, or unset {SECURITY}"
+            ) from error
+        if unreadable := UNREADABLE.search(str(error)):
+            raise InputError(
+                f"parameter file {unreadable[1]}: ROS cannot read it: {unreadable[2]}; it must be "
+                "YAML of the form `NODE: {ros__parameters: {name: value}}`, without anchors"
+            ) from error
+        raise InputError(
+            f"arguments {' '.join(argument_list[1:])}: ROS does not understand them: {error}; a "
+            "parameter is given as `--ros-args -p name:=value`"
+        ) from error
+
+
+def _check_domain() -> None:
+    domain = os.environ.get("ROS_DOMAIN_ID", "")
+    if domain and not (domain.isdecimal() and int(domain) <= MOST_DOMAIN):
+        raise InputError(
+            f"ROS_DOMAIN_ID = {domain!r}: must be a whole number from 0 to {MOST_DOMAIN}; set "
+            "another one, or unset it for 0"
+        )
+
+
+def _check_security() -> None:
+    if os.environ.get(SECURITY, "").lower() == "true" and discovery.from_pypi():
+        raise InputError(
+            f"{SECURITY} = {os.environ[SECURITY]!r}: the Fast DDS from PyPI has no security "
+            "plug-ins (SROS 2); unset it, or use the ROS 2 of a distribution"
+        )
+
+
+def _outside_ros_args(arguments: Sequence[str]) -> list[str]:
+    # `remove_ros_args` would take `scene:=x` for a remapping in the old style, and remove it.
+    outside, ours = [], True
+    for argument in arguments:
+        if argument == "--ros-args":
+            ours = False
+        elif argument == "--" and not ours:
+            ours = True
+        elif ours:
+            outside.append(argument)
+    return outside
+
+
+def _as_parameter(stray: str) -> str:
+    return stray.lstrip("-") if ":=" in stray else "name:=value"
+
+
+HEARD = 0.2
+"""Time for peers to notice that the node has gone, before its participant leaves [s]. With a peer
+that was repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
+
+LONGEST = 5.0
+"""Longest time for leaving the graph [s]; on a busy machine it takes 1 s."""
+
+
+def leave_graph(node: Node, longest: float = LONGEST) -> bool:
+    """Destroy the only node of a process, and its DDS participant.
+
+    Args:
+        node: node to destroy.
+        longest: longest time to wait [s].
+
+    Returns:
+        True if both were destroyed in time; see ``completes``.
+    """
+    return completes(lambda: _leave_graph(node), longest)
+
+
+def completes(destroy: Callable[[], None], longest: float = LONGEST) -> bool:
+    """Destroy ROS nodes in a separate thread, and return whether it finished.
+
+    Fast DDS 3.2 may deadlock if a peer leaves at the same time, as in 1 of 90 runs of
+    ``ab-sim demo``: a thread that removes the peer's writer holds the lock of the participant's
+    discovery and waits for a timer, whose thread waits for this lock.
+
+    Args:
+        destroy: function that destroys the nodes.
+        longest: longest time to wait [s].
+
+    Returns:
+        True if the nodes were destroyed. If not, ROS must not be called again, and only
+        ``interruption.exit_process`` ends the process.
+    """
+    failures: list[BaseException] = []
+
+    def leave() -> None:
+        try:
+            destroy()
+        except BaseException as failure:
+            failures.append(failure)
+
+    leaving = threading.Thread(target=leave, name="leaving", daemon=True)
+    leaving.start()
+    leaving.join(longest)
+    if failures:
+        raise failures[0]
+    return not leaving.is_alive()
+
+
+def _leave_graph(node: Node) -> None:
+    """Destroy the node, then the participant.
+
+    Peers keep two lists in two threads: the participants, and the nodes that each participant has
+    announced. If a peer processes the last announcement of a participant after the participant has
+    left, it lists the nodes forever (``update_participant_entities`` of rmw_dds_common adds them
+    again). This happened in 2 of 725 exits, and in 14 of 180 with a peer that was sometimes paused.
+    Therefore the participant first announces that the node has gone. This requires another, hidden
+    node, because the participant disappears together with its last node.
+    """
+    last = Node(
+        f"_ab_sim_{os.getpid()}",
+        context=node.context,
+        use_global_arguments=False,
+        enable_rosout=False,
+        start_parameter_services=False,
+    )
+    with last.handle:  # destroyed at the end of this block, after everything that belongs to it
+        for waitable in tuple(node.waitables):
+            if isinstance(waitable, ActionServer):
+                waitable.destroy()  # `destroy_node` does not, and the node would remain visible
+        node.destroy_node()
+        last.destroy_node()
+        time.sleep(HEARD)
+
 
 LINGER = 0.5
 """Longest time for subscribers to receive the last messages [s]."""

@@ -18,17 +18,24 @@ from ab_sim.base.errors import AbSimError, InputError
 from ab_sim.model.spindle.profile_run import ProfileState
 from ab_sim.model.spindle.segments_execution import PERIOD, SILENCE
 from ab_sim.model.spindle.set_points import set_points_of
-from ab_sim.nodes import profile_words
-from ab_sim.nodes.base_node import BaseNode
-from ab_sim.nodes.checked_profile import CheckedProfile
-from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
+from ab_sim.nodes.base_node import BaseNode, DiagnosticsPublisher
 from ab_sim.nodes.pacing import Ticker
 from ab_sim.nodes.parameters import LOAD, Parameters, ParameterSpec, Values, path_of
 from ab_sim.nodes.process import run_node
-from ab_sim.nodes.profile_action import ProfileAction
-from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
-from ab_sim.nodes.profile_subscriptions import ProfileSubscriptions
-from ab_sim.nodes.timed_run import TimedRun
+from ab_sim.nodes.profile_interface import (
+    ProfileAction,
+    ProfileSubscriptions,
+    health_of,
+    log_text,
+    outcome_of,
+    progress_of,
+)
+from ab_sim.nodes.timed_run import (
+    CheckedProfile,
+    TimedRun,
+    read_profile_snapshot,
+    write_profile_snapshot,
+)
 from ab_sim.scene.load import load_profile
 
 REPORT_PERIOD = 1.0
@@ -268,7 +275,7 @@ class ProfileController(BaseNode):
 
     def report(self, ended: bool = False) -> None:
         """Publish the diagnostics of this node; ``ended``: as its last message."""
-        level, message, values = profile_words.health(self._timed.run)
+        level, message, values = health_of(self._timed.run)
         if self._ticker is not None:
             values["ticks lost"] = str(self._ticker.lost)
             if warning := self._ticker.warning():
@@ -394,7 +401,7 @@ class ProfileController(BaseNode):
 
     def _say(self, status: str, well: bool) -> None:
         self._status.publish(topics.PROFILE_STATUS.message(status))
-        words = profile_words.logged(status, well)
+        words = log_text(status, well)
         if well:
             self.get_logger().info(words)
         else:
@@ -415,9 +422,7 @@ class ProfileController(BaseNode):
             run = self._timed.run
             self._send(self._timed.tick(self._now, since))
             if run.state.under_way:
-                self._action.tell(
-                    lambda: profile_words.progress(run, self._timed.elapsed), run.status
-                )
+                self._action.tell(lambda: progress_of(run, self._timed.elapsed), run.status)
             else:
                 self._finish(run.execution is not None and run.execution.reached)
 
@@ -426,7 +431,7 @@ class ProfileController(BaseNode):
         self._action.finish(well and self._timed.run.state is ProfileState.DONE, self._outcome)
 
     def _outcome(self, first: str = "") -> Outcome:
-        return profile_words.outcome(self._timed.run, self._timed.elapsed, first)
+        return outcome_of(self._timed.run, self._timed.elapsed, first)
 
     def _send(self, speed: float | None) -> None:
         if self._sent is not None and self._timed.run.state is ProfileState.RUNNING:

@@ -17,9 +17,7 @@ from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.base.numbers import number_in
-from ab_sim.nodes.bag_recorder import BagRecorder
-from ab_sim.nodes.base_node import BaseNode
-from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
+from ab_sim.nodes.base_node import BaseNode, DiagnosticsPublisher
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.parameters import (
     PARAMETERS,
@@ -29,7 +27,12 @@ from ab_sim.nodes.parameters import (
     recording_folder,
 )
 from ab_sim.nodes.process import run_node, share_heaps
-from ab_sim.nodes.recorded_files import COMMANDS, REAL_TIME_FACTOR, RecordedFiles
+from ab_sim.nodes.recorded_files import (
+    COMMANDS,
+    REAL_TIME_FACTOR,
+    BagRecorder,
+    RecordedFiles,
+)
 from ab_sim.record.recording import AROUND
 from ab_sim.record.recording.drawing import Drawing
 from ab_sim.show.viewing import Viewer

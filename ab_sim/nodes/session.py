@@ -9,17 +9,15 @@ from ab_sim.base.errors import DivergedError
 from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.drive.faults.active import transfer_faults
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.nodes.base_node import ManagedNode
 from ab_sim.nodes.command_path import CommandPath
-from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.nodes.commands import PendingCommands
 from ab_sim.nodes.drive_health import NewWarnings
 from ab_sim.nodes.drive_settings import TimeMode, mode_of, real_time_of, rules_of, tolerance_of
-from ab_sim.nodes.durations import StageTimer
-from ab_sim.nodes.fault_publisher import FaultPublisher
-from ab_sim.nodes.managed_node import ManagedNode
-from ab_sim.nodes.outputs import Outputs
+from ab_sim.nodes.outputs import FaultPublisher, Outputs
+from ab_sim.nodes.pacing import StageTimer
 from ab_sim.nodes.parameters import Parameters, Values
-from ab_sim.nodes.prepared_drive import PreparedDrive, Rates
+from ab_sim.nodes.prepared_drive import CommandedDrive, PreparedDrive, Rates
 
 INACTIVE = "inactive: time is stopped until the node is activated"
 

@@ -1,4 +1,4 @@
-"""ROS's standard services for simulators (package simulation_interfaces)."""
+"""ROS's standard services and action for simulators (package simulation_interfaces)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rclpy.action import CancelResponse
 from rclpy.parameter import Parameter
 
 from ab_msgs_py.samples import HOUSING, frame_of
@@ -17,11 +18,75 @@ from ab_sim import __version__
 from ab_sim.base.errors import AbSimError, CommandError, InputError, SceneError, nearest
 from ab_sim.base.yaml_files import find_scene, read_scene_file, scene_names
 from ab_sim.drive.bodies import BodyPose, BodyRates, body_names, motion_of, moved
+from ab_sim.nodes.base_node import Goal, GoalServer
 from ab_sim.nodes.drive_control import DriveControl, sound
 from ab_sim.nodes.drive_node import DriveNode
 from ab_sim.nodes.parameters import path_of
 from ab_sim.nodes.session import Session
-from ab_sim.nodes.simulate_steps import SimulateSteps
+
+
+class SimulateSteps:
+    """Serves the action, one goal at a time.
+
+    Each wake-up is a separate task of the node's executor. Between two tasks, the executor answers
+    other requests, such as one to cancel.
+
+    Args:
+        node: node of the drive.
+        kind: type of the action.
+        codes: message type with the result codes of the standard.
+        control: services of the drive, which simulate the wake-ups.
+    """
+
+    def __init__(self, node: DriveNode, kind: Any, codes: Any, control: DriveControl) -> None:
+        self._node, self._kind, self._codes, self._control = node, kind, codes, control
+        self._goal: Goal | None = None
+        self._server = GoalServer(
+            node, kind, "~/simulate_steps", self._accepted, lambda goal: CancelResponse.ACCEPT
+        )
+
+    def _accepted(self, goal: Goal) -> None:
+        goal.execute()
+        if self._goal is not None:
+            self._end(goal, "another goal is being executed; cancel it first")
+            return
+        self._goal = goal
+        self._continue(0)
+
+    def _continue(self, completed: int) -> None:
+        """Simulate the next wake-up of the goal; ``completed``: number of those before."""
+        goal = self._goal
+        assert goal is not None and self._node.executor is not None
+        problem, steps = "", goal.request.steps
+        if self._node.stopping.is_set():
+            problem = f"the node exits after {completed} steps"
+        elif goal.is_cancel_requested:
+            problem = f"canceled after {completed} steps"
+        elif completed < steps:
+            try:
+                well, text = self._control.step(1)
+                problem = "" if well else text
+            except AbSimError as error:
+                problem = str(error)
+            if not problem:
+                completed += 1
+                goal.publish_feedback(
+                    self._kind.Feedback(
+                        completed_steps=completed, remaining_steps=steps - completed
+                    )
+                )
+        if problem or completed >= steps:
+            self._goal = None
+            self._end(goal, problem)
+        else:
+            self._node.executor.create_task(self._continue, completed)
+
+    def _end(self, goal: Goal, problem: str) -> None:
+        result, codes = self._kind.Result(), self._codes
+        result.result.result = codes.RESULT_OPERATION_FAILED if problem else codes.RESULT_OK
+        result.result.error_message = problem
+        self._server.end(goal, not problem, result)
+
 
 NOT_FOUND = (
     "simulation_interfaces is not found: the drive has the services of std_srvs only; `make action`"

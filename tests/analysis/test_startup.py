@@ -19,9 +19,10 @@ from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.record.recording import Recording, read_recording
+from ab_sim.record.recording import Recording
 from ab_sim.scene import check_scene
 from tests.analysis.made import made
+from tests.recorded import read_recording
 
 
 @pytest.mark.parametrize("top", [0.50037, 0.49963])

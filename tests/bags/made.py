@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ab_msgs_py import Block, topics
 from ab_sim.record.bags import BagWriter, export_bag
-from ab_sim.record.bags.contract import offered_qos, topic_by_name
-from ab_sim.record.bags.messages import encoded
-from ab_sim.record.recording import RecordedRun, Recording, open_recording, read_recording
+from ab_sim.record.bags.contract import encoded, offered_qos, topic_by_name
+from ab_sim.record.recording import Recording, open_recording
+from tests.recorded import RecordedRun, read_recording
 
 
 def export_of(

@@ -27,7 +27,7 @@ from ab_msgs_py import (  # noqa: E402
     topics,
 )
 from ab_msgs_py.set_points import SetPoint, SetPoints  # noqa: E402
-from ab_sim.record.bags import contract, messages  # noqa: E402
+from ab_sim.record.bags import contract  # noqa: E402
 from ab_sim.scene import frames  # noqa: E402
 
 TIME = 3_123_456_789
@@ -67,8 +67,8 @@ def test_quality_of_service_is_that_of_the_nodes(topic: Topic) -> None:
 def test_a_sample_survives_either_way_and_both_are_one_message(topic: Topic) -> None:
     expected = SAMPLES[topic]
     given = expected[0] if topic is topics.DIAGNOSTICS else expected
-    data = messages.encoded(topic, given)
-    assert topic.sample(messages.decoded(data, topic.type_name)) == expected
+    data = contract.encoded(topic, given)
+    assert topic.sample(contract.decoded(data, topic.type_name)) == expected
     if topic.type is not None:
         message = topic.message(given)
         assert topic.sample(message) == expected
@@ -77,7 +77,7 @@ def test_a_sample_survives_either_way_and_both_are_one_message(topic: Topic) -> 
         spare = 12 if topic is topics.JOINT_COMMAND else 0  # after a list that is last and empty
         assert len(serialize_message(message)) == len(data) + spare
         assert (
-            topic.sample(messages.decoded(serialize_message(message), topic.type_name)) == expected
+            topic.sample(contract.decoded(serialize_message(message), topic.type_name)) == expected
         )
 
 
@@ -85,10 +85,10 @@ def test_blocks() -> None:
     """Not among the samples: arrays do not compare by one word."""
     assert {*topics.ALL} - {*SAMPLES} == {topics.BLOCK, topics.TRAJECTORY}
     block = Block(("step", "time", "x", "y"), np.arange(12.0).reshape(3, 4))
-    data = messages.encoded(topics.BLOCK, block)
+    data = contract.encoded(topics.BLOCK, block)
     message = topics.BLOCK.message(block)
     assert repr(deserialize_message(data, topics.BLOCK.type)) == repr(message)
-    for back in (message, messages.decoded(data, topics.BLOCK.type_name)):
+    for back in (message, contract.decoded(data, topics.BLOCK.type_name)):
         assert topics.BLOCK.sample(back).channels == block.channels
         assert topics.BLOCK.sample(back).samples.tobytes() == block.samples.tobytes()
 
@@ -96,7 +96,7 @@ def test_blocks() -> None:
 def test_messages_with_other_numbers_are_what_encoding_makes_of_them() -> None:
     for topic in (topics.JOINT_STATES, topics.DECK_POSE, topics.IMU):
         sample = SAMPLES[topic]
-        made = messages.prefilled(topic, sample)
+        made = contract.prefilled(topic, sample)
         message = topic.message(sample)
         read = deserialize_message(made.at(TIME, numbers_in(message)), topic.type)
         assert repr(read) == repr(message)
@@ -129,4 +129,4 @@ def test_trajectories() -> None:
     back = deserialize_message(data, topics.TRAJECTORY.type)
     assert topics.TRAJECTORY.sample(back) == wanted
     with pytest.raises(ValueError, match="not a trajectory_msgs"):
-        messages.decoded(data, topics.TRAJECTORY.type_name)
+        contract.decoded(data, topics.TRAJECTORY.type_name)

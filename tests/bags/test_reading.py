@@ -16,10 +16,9 @@ from ab_msgs_py import VibrationSample
 from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, PROFILE_STATUS, VIBRATION
 from ab_sim.base.errors import AbSimError, InputError, RecordingError
 from ab_sim.record.bags import Bag, BagWriter, import_bag
-from ab_sim.record.bags.contract import offered_qos
-from ab_sim.record.bags.messages import TYPES, encoded
-from ab_sim.record.recording import read_recording
+from ab_sim.record.bags.contract import TYPES, encoded, offered_qos
 from tests.bags.made import bag_of, block_of, export_of
+from tests.recorded import read_recording
 from tests.recording.runs import describe, run
 from tests.recording.test_errors import files_limited_to
 

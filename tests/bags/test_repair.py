@@ -19,11 +19,10 @@ from rosbags.typesys import Stores, get_typestore
 from ab_msgs_py.topics import BLOCK, DESCRIPTION
 from ab_sim.base.errors import RecordingError
 from ab_sim.record.bags import Bag, BagWriter, import_bag, repair_bag
-from ab_sim.record.bags.contract import offered_qos
-from ab_sim.record.bags.messages import encoded
-from ab_sim.record.recording import read_recording
+from ab_sim.record.bags.contract import encoded, offered_qos
 from tests.bags.made import bag_of, block_of
 from tests.cli.tool import ab_sim
+from tests.recorded import read_recording
 from tests.recording.runs import describe, run
 from tests.recording.test_errors import files_limited_to
 

@@ -18,9 +18,10 @@ from mcap_ros2.decoder import DecoderFactory
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.record.bags import Bag, export_bag, import_bag
-from ab_sim.record.recording import LEFT_OUT, Recording, open_recording, read_recording
+from ab_sim.record.recording import LEFT_OUT, Recording, open_recording
 from ab_sim.scene import load_scene
 from tests.bags.made import export_of
+from tests.recorded import read_recording
 from tests.recording import runs
 
 

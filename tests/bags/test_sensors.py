@@ -7,8 +7,7 @@ import pytest
 
 from ab_msgs_py import ImuSample, JointSample, Topic, VibrationSample, WhirlSample
 from ab_msgs_py.topics import IMU, JOINT_STATES, PROBE, VIBRATION
-from ab_sim.record.bags.contract import further_sensor
-from ab_sim.record.bags.messages import encoded
+from ab_sim.record.bags.contract import encoded, further_sensor
 from tests.bags.made import bag_of
 from tests.bags.test_reading import imported
 

@@ -11,8 +11,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from ab_msgs_py.topics import BLOCK
 from ab_sim.base.errors import RecordingError
 from ab_sim.record.bags import Bag, repair_bag
-from ab_sim.record.bags.bounded_unpacking import MOST_CHUNK
-from ab_sim.record.bags.messages import TYPES
+from ab_sim.record.bags.contract import TYPES
+from ab_sim.record.bags.reader import MOST_CHUNK
 
 MODES = {
     CompressionMode.STORAGE: r"a chunk unpacks to \d+ bytes; must be at most 67108864",

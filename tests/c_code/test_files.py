@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from ab_sim.base.errors import InputError, SceneError
-from ab_sim.export.c_code.sources import NAMES, sources_of
-from ab_sim.export.c_code.writing import write_sources
+from ab_sim.export.c_code.sources import NAMES, sources_of, write_sources
 from ab_sim.scene import load_scene
 from tests.c_code.compiled import STRICT, needs_compiler
 from tests.cli.tool import ab_sim, refused

@@ -9,9 +9,9 @@ import pytest
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.cli.bags import export_command, import_command, replay_command
 from ab_sim.cli.recording_commands import ExportOptions, ImportOptions, ReplayOptions
-from ab_sim.record.recording import read_recording
 from tests.bags.made import export_of
 from tests.cli.tool import ab_sim
+from tests.recorded import read_recording
 from tests.recording.runs import describe, record, run
 
 

@@ -12,9 +12,9 @@ import pytest
 from ab_sim import __version__
 from ab_sim.cli.options import STEPPERS
 from ab_sim.engine.integrate.registry import AUTO, steppers
-from ab_sim.record.recording import read_recording
 from ab_sim.scene import find_scene, load_scene, scene_names
 from tests.cli.tool import PNG, ab_sim, refused
+from tests.recorded import read_recording
 
 
 def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:

@@ -14,9 +14,9 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 
 from ab_sim.analysis import run_scene  # noqa: E402
 from ab_sim.drive.trajectory import Trajectory  # noqa: E402
-from ab_sim.record.recording import read_recording  # noqa: E402
 from ab_sim.scene import check_scene  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
+from tests.recorded import read_recording  # noqa: E402
 from tests.waiting import PATIENCE  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -13,8 +13,8 @@ from urllib.request import urlopen
 
 import pytest
 
-from ab_sim.record.recording import read_recording
 from tests.cli.tool import ab_sim, refused
+from tests.recorded import read_recording
 from tests.recording.runs import record, run
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -8,7 +8,7 @@ from ab_sim.drive.faults.fault import faults_of
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.command_path import CommandPath, Rules
-from ab_sim.nodes.commanded_drive import CommandedDrive
+from ab_sim.nodes.prepared_drive import CommandedDrive
 from ab_sim.scene import Scene
 
 

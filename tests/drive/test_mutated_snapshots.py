@@ -12,7 +12,7 @@ from ab_sim.base.errors import DivergedError, InputError
 from ab_sim.drive import Drive
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from ab_sim.nodes.command_path import CommandPath, Rules
-from ab_sim.nodes.commanded_drive import CommandedDrive
+from ab_sim.nodes.prepared_drive import CommandedDrive
 from ab_sim.scene import Scene, load_scene
 from tests.drive.mutations import changed
 

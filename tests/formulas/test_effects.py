@@ -8,9 +8,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.export.formulas.effects import formulas_of, traced_method
-from ab_sim.export.formulas.methods import METHODS
-from ab_sim.export.formulas.symbols import Symbols, symbol_of_field
+from ab_sim.export.formulas.effects import METHODS, formulas_of, traced_method
+from ab_sim.export.formulas.lines import Symbols, symbol_of_field
 from ab_sim.model.equations import effects
 from ab_sim.model.equations.motion import DeckMotion
 from ab_sim.model.equations.race import BallConstants, on_race, relative_load

@@ -20,7 +20,7 @@ from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
 from ab_sim.identification.sampling_checks import check_held, check_held_signal, spikes_in
 from ab_sim.identification.tables import read_table
-from ab_sim.record.bags.messages import encoded
+from ab_sim.record.bags.contract import encoded
 from tests.bags.made import bag_of
 from tests.identification import drives
 

@@ -18,9 +18,10 @@ from ab_msgs_py.samples import axes, header
 from ab_sim.drive import Drive, published
 from ab_sim.drive.description import describe
 from ab_sim.record.bags import Bag, export_bag
-from ab_sim.record.bags.messages import decoded
-from ab_sim.record.recording import Recording, open_recording, read_recording
+from ab_sim.record.bags.contract import decoded
+from ab_sim.record.recording import Recording, open_recording
 from ab_sim.scene import load_scene
+from tests.recorded import read_recording
 
 VELOCITY = Topic(
     "deck_velocity",

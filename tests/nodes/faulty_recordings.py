@@ -14,14 +14,15 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ab_msgs_py import ImuSample, topics
-from ab_sim.record.bags.messages import decoded
+from ab_sim.record.bags.contract import decoded
 from ab_sim.record.bags.reader import Bag
-from ab_sim.record.recording import Recording, read_recording
+from ab_sim.record.recording import Recording
 from ab_sim.scene import Scene
 from tests.domains import own_domain
 from tests.identification import drives
 from tests.nodes.fleet import Fleet
 from tests.nodes.lock_step import PERIOD, LockStep
+from tests.recorded import read_recording
 
 AT, ENDS = 1.0, 2.5
 """Simulated time at which faults start, and duration of runs [s]."""

@@ -13,9 +13,9 @@ from rosbags.rosbag2 import Reader
 from ab_msgs_py import Block, topics
 from ab_sim.base.errors import RecordingError
 from ab_sim.record.bags import Bag, import_bag
-from ab_sim.record.bags.messages import decoded
-from ab_sim.record.recording import read_recording
+from ab_sim.record.bags.contract import decoded
 from tests.nodes.fleet import Fleet, Process
+from tests.recorded import read_recording
 
 pytestmark = pytest.mark.ros
 

@@ -12,7 +12,7 @@ from ab_msgs_py.set_points import SetPoint, SetPoints
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.command_path import CommandPath, Rules, WatchdogAction
-from ab_sim.nodes.commanded_drive import SLICE, CommandedDrive
+from ab_sim.nodes.prepared_drive import SLICE, CommandedDrive
 from ab_sim.scene import load_scene
 
 SCENE = load_scene(

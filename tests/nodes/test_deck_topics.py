@@ -10,8 +10,8 @@ import pytest
 from ab_msgs_py import Block, JointSample, PoseSample, VibrationSample, WhirlSample, topics
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turn_vector import once_per_turn
-from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
+from tests.recorded import read_recording
 
 pytestmark = pytest.mark.ros
 

@@ -52,7 +52,7 @@ SPEAK = """
 import rclpy
 from rclpy.duration import Duration
 from ab_msgs_py import topics
-from ab_sim.nodes.arguments import init_ros
+from ab_sim.nodes.process import init_ros
 init_ros()
 node = rclpy.create_node("speaking")
 publisher = topics.COMMAND.publisher(node)

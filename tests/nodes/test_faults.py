@@ -10,8 +10,8 @@ from ab_msgs_py import Block, ImuSample, JointSample, Level, VibrationSample, to
 from ab_msgs_py.samples import faults_of
 from ab_msgs_py.services import Answer, Stepped
 from ab_sim.record.bags import import_bag
-from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
+from tests.recorded import read_recording
 
 pytestmark = pytest.mark.ros
 

@@ -8,7 +8,7 @@ import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from ab_sim.nodes import leaving
+from ab_sim.nodes import process
 from tests.nodes.fleet import Fleet
 from tests.waiting import PATIENCE
 
@@ -21,12 +21,12 @@ def test_a_participant_goes_after_others_know_that_its_node_has_gone(
     """Else they may take in its last words after its end, and show the node for ever."""
     known = threading.Event()
     waits = SimpleNamespace(sleep=lambda _: known.wait(PATIENCE))
-    monkeypatch.setattr(leaving, "time", waits)
+    monkeypatch.setattr(process, "time", waits)
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("brief", context=context)
     fleet.until(lambda: "brief" in fleet.node.get_node_names(), "it is there")
-    ends = threading.Thread(target=leaving.leave_graph, args=[node, PATIENCE])
+    ends = threading.Thread(target=process.leave_graph, args=[node, PATIENCE])
     ends.start()
     try:
         others = fleet.until(

@@ -9,8 +9,8 @@ import pytest
 
 from ab_sim.nodes import realtime
 from ab_sim.nodes.drive_health import ABSENT, NewWarnings
-from ab_sim.nodes.durations import DurationHistogram, StageTimer
-from ab_sim.nodes.fair_lock import FairLock
+from ab_sim.nodes.pacing import DurationHistogram, StageTimer
+from ab_sim.nodes.realtime import FairLock
 
 
 def test_quantiles_are_those_of_the_durations() -> None:

@@ -11,9 +11,8 @@ from ab_sim.base.errors import InputError
 from ab_sim.model.spindle.profile_execution import ProfileExecution
 from ab_sim.model.spindle.profile_run import MOST_SPEED
 from ab_sim.model.spindle.segments_execution import SegmentsExecution
-from ab_sim.nodes.adaptive_execution import AdaptiveExecution
-from ab_sim.nodes.paired_samples import Reading, SpindleSample
-from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
+from ab_sim.nodes.adaptive_execution import AdaptiveExecution, Reading, SpindleSample
+from ab_sim.nodes.timed_run import read_profile_snapshot, write_profile_snapshot
 from tests.drive.mutations import changed
 from tests.nodes.test_timed_run import ADAPTIVE, MS, SLOW, Bench, planned
 

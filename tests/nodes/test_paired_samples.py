@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from ab_sim.nodes.paired_samples import GAP, PairedSamples, Reading, SpindleSample
+from ab_sim.nodes.adaptive_execution import GAP, PairedSamples, Reading, SpindleSample
 
 MS = 1_000_000
 

@@ -12,19 +12,17 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 import rclpy  # noqa: E402
 from rclpy.context import Context  # noqa: E402
 
-from ab_sim.nodes.discovery import (  # noqa: E402
-    DISCOVERY_RANGE,
-    RANGE,
-    TRANSPORTS,
-    unused_transports,
-)
-from ab_sim.nodes.participants import (  # noqa: E402
+from ab_sim.nodes.discovery import (  # noqa: E402  # noqa: E402
     BASE,
+    DISCOVERY_RANGE,
     FIRST,
     PER_DOMAIN,
+    RANGE,
+    TRANSPORTS,
     participants_here,
     stuck_ports,
     unheard_users,
+    unused_transports,
 )
 from tests.cli.tool import ab_sim  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
@@ -117,7 +115,7 @@ def test_a_file_on_which_fast_dds_waits_is_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A file of another domain, one with content and one that is being made are in order."""
-    monkeypatch.setattr("ab_sim.nodes.participants.MEMORY", tmp_path)
+    monkeypatch.setattr("ab_sim.nodes.discovery.MEMORY", tmp_path)
     monkeypatch.setenv("ROS_DOMAIN_ID", "17")
     for name, content in (("port7400", ""), ("port11662_el", ""), ("port11662", "x")):
         (tmp_path / f"fastdds_{name}").write_text(content)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.recording import read_recording
+from tests.recorded import read_recording
 from tests.recording.runs import describe, run
 
 if TYPE_CHECKING:

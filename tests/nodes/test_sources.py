@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.nodes.sources import Endpoint, Sources
+from ab_sim.nodes.commands import CommandSources, Endpoint
 
 COMMAND, TRAJECTORY = "spindle/command", "spindle/trajectory"
 
@@ -27,15 +27,15 @@ TWINS = [publisher(1), publisher(2)]
 @pytest.mark.parametrize(
     ("endpoints", "heard", "lately", "sources"),
     [
-        ([], [], [], Sources(0, 0)),
-        (RESTARTED, RESTARTED, RESTARTED[-1:], Sources(1, 5)),
-        (RESTARTED[:1], RESTARTED[:1], [], Sources(1, 1)),
-        (RESTARTED[:1], [], [], Sources(1, 0)),
-        (BOTH, BOTH[:1], BOTH[:1], Sources(1, 0)),
-        (TWO, TWO, TWO, Sources(2, 0)),
-        (TWO, TWO, TWO[:1], Sources(2, 1)),
-        (TWINS, TWINS, TWINS, Sources(2, 0)),
-        ([publisher(1), publisher(1, own=4)], [], [], Sources(2, 0)),
+        ([], [], [], CommandSources(0, 0)),
+        (RESTARTED, RESTARTED, RESTARTED[-1:], CommandSources(1, 5)),
+        (RESTARTED[:1], RESTARTED[:1], [], CommandSources(1, 1)),
+        (RESTARTED[:1], [], [], CommandSources(1, 0)),
+        (BOTH, BOTH[:1], BOTH[:1], CommandSources(1, 0)),
+        (TWO, TWO, TWO, CommandSources(2, 0)),
+        (TWO, TWO, TWO[:1], CommandSources(2, 1)),
+        (TWINS, TWINS, TWINS, CommandSources(2, 0)),
+        ([publisher(1), publisher(1, own=4)], [], [], CommandSources(2, 0)),
     ],
     ids=[
         *("nobody", "restarted five times", "dead or holding", "has not sent yet"),
@@ -43,10 +43,13 @@ TWINS = [publisher(1), publisher(2)]
     ],
 )
 def test_sources(
-    endpoints: list[Endpoint], heard: list[Endpoint], lately: list[Endpoint], sources: Sources
+    endpoints: list[Endpoint],
+    heard: list[Endpoint],
+    lately: list[Endpoint],
+    sources: CommandSources,
 ) -> None:
     gids = {each.gid for each in heard}
-    assert Sources.of(endpoints, gids, {each.gid for each in lately}) == sources
+    assert CommandSources.of(endpoints, gids, {each.gid for each in lately}) == sources
 
 
 @pytest.mark.ros

@@ -13,8 +13,8 @@ import pytest
 from ab_msgs_py import Block, JointSample, topics
 from ab_msgs_py.samples import nanoseconds_of, text_of
 from ab_msgs_py.services import Stepped
-from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
+from tests.recorded import read_recording
 
 pytestmark = [pytest.mark.ros, pytest.mark.long]
 

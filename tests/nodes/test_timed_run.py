@@ -8,12 +8,19 @@ from typing import Any
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.nodes.adaptive_execution import SPINDLE_SILENT, AdaptiveExecution
-from ab_sim.nodes.checked_profile import CheckedProfile
-from ab_sim.nodes.paired_samples import Reading, SpindleSample
-from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
-from ab_sim.nodes.profile_words import logged
-from ab_sim.nodes.timed_run import TimedRun
+from ab_sim.nodes.adaptive_execution import (
+    SPINDLE_SILENT,
+    AdaptiveExecution,
+    Reading,
+    SpindleSample,
+)
+from ab_sim.nodes.profile_interface import log_text
+from ab_sim.nodes.timed_run import (
+    CheckedProfile,
+    TimedRun,
+    read_profile_snapshot,
+    write_profile_snapshot,
+)
 from ab_sim.scene.load import load_profile
 
 PERIOD, MS = 0.005, 1_000_000
@@ -193,6 +200,6 @@ def test_an_adaptive_start_up_says_which_topic_is_silent(silent: str) -> None:
 
 
 def test_words_of_one_that_gave_up_do_not_contradict_themselves() -> None:
-    gave_up = logged("done: gave up: net unbalance 3 um", well=False)
+    gave_up = log_text("done: gave up: net unbalance 3 um", well=False)
     assert gave_up == "at the final speed, but gave up: net unbalance 3 um"
-    assert logged("done: 3 um") == "profile done, holding its final speed; 3 um"
+    assert log_text("done: 3 um") == "profile done, holding its final speed; 3 um"

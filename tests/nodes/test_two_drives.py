@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from ab_msgs_py import JointSample, Level, topics
-from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
+from tests.recorded import read_recording
 
 pytestmark = pytest.mark.ros
 

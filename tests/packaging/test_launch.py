@@ -23,9 +23,9 @@ if find_spec("launch_ros") is None:
     )
 
 from ab_msgs_py import JointSample, topics  # noqa: E402
-from ab_sim.record.recording import read_recording  # noqa: E402
 from tests.nodes.conftest import fleet, no_screen  # noqa: E402
 from tests.nodes.fleet import Fleet  # noqa: E402
+from tests.recorded import read_recording  # noqa: E402
 
 __all__ = ["fleet", "no_screen"]
 pytestmark = pytest.mark.ros

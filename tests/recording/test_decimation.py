@@ -9,8 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.recording import Recording, read_recording
+from ab_sim.record.recording import Recording
 from ab_sim.record.recording.decimation import SHARE, STRETCHES
+from tests.recorded import read_recording
 from tests.recording.runs import STEP, describe, record, run
 
 EVERY, AROUND = 50, 0.1

@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 from ab_sim.record.recording import Recording
 from ab_sim.record.recording.curves import FRAMES
 from ab_sim.record.recording.layout import SAMPLES
-from ab_sim.record.recording.pictures import PERIOD
+from ab_sim.record.recording.views import PERIOD
 from tests.recording.runs import cells, describe, plotted, record, run, still
 
 

@@ -15,7 +15,8 @@ import pytest
 import rerun as rr
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.recording import Recording, read_recording
+from ab_sim.record.recording import Recording
+from tests.recorded import read_recording
 from tests.recording.runs import describe, record, run
 
 

@@ -18,15 +18,15 @@ from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turn_vector import once_per_turn
-from ab_sim.record.recording import SHOWN_PERIOD, Recording, read_recording
+from ab_sim.record.recording import SHOWN_PERIOD, Recording
 from ab_sim.record.recording.curves import FRAMES
 from ab_sim.record.recording.layout import SAMPLES
-from ab_sim.record.recording.pictures import PERIOD
 from ab_sim.record.recording.signals import FinalRms
-from ab_sim.record.recording.spindle_phase import PERIOD as VARIABLE
-from ab_sim.record.recording.spindle_phase import SpindlePhase
-from ab_sim.record.recording.vibration import SIZES
+from ab_sim.record.recording.vibration import PERIOD as VARIABLE
+from ab_sim.record.recording.vibration import SIZES, SpindlePhase
+from ab_sim.record.recording.views import PERIOD
 from ab_sim.scene import Scene, load_scene
+from tests.recorded import read_recording
 from tests.recording.runs import cells, curves, plotted, still, views
 
 Array = NDArray[np.float64]

@@ -12,8 +12,9 @@ from rerun.chunk import RrdReader
 from rerun_bindings import check_for_rrd_footer
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.recording import BATCH_ROWS, CHUNK_ROWS, Recording, read_recording
+from ab_sim.record.recording import BATCH_ROWS, CHUNK_ROWS, Recording
 from ab_sim.record.recording.layout import SAMPLES
+from tests.recorded import read_recording
 from tests.recording.runs import channel, describe, plotted, record, run, views
 
 

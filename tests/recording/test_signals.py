@@ -5,8 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import periodogram
 
-from ab_sim.record.recording.signals import once_per_turn, rms, spectrum
-from ab_sim.record.recording.windows import FrameRate, SlidingWindows
+from ab_sim.record.recording.signals import FrameRate, SlidingWindows, once_per_turn, rms, spectrum
 
 Array = NDArray[np.float64]
 

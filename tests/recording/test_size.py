@@ -7,8 +7,9 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.record.recording import Recording, read_recording
+from ab_sim.record.recording import Recording
 from ab_sim.scene import load_scene
+from tests.recorded import read_recording
 from tests.recording.runs import cells
 
 ROWS = 4000

@@ -12,11 +12,12 @@ from ab_sim.base.errors import RecordingError
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.record.recording import Recording, read_recording
+from ab_sim.record.recording import Recording
 from ab_sim.record.recording.curves import FRAMES
 from ab_sim.record.recording.layout import DERIVED, SAMPLES
-from ab_sim.record.recording.pictures import PERIOD
+from ab_sim.record.recording.views import PERIOD
 from ab_sim.scene import Scene, load_scene
+from tests.recorded import read_recording
 from tests.recording.runs import cells, channel, curves, plotted, still, views
 
 CHANGES = (

@@ -12,9 +12,10 @@ import rerun_cli
 from rerun.chunk import RrdReader
 
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.recording import CHUNK_ROWS, Recording, open_recording, read_recording
+from ab_sim.record.recording import CHUNK_ROWS, Recording, open_recording
 from ab_sim.record.recording.rerun_file import RerunFile
 from ab_sim.record.recording.stored import StoredRun
+from tests.recorded import read_recording
 from tests.recording.runs import describe, record, run
 
 

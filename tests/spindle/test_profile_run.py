@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.model.spindle.segments_execution import SegmentsExecution
-from ab_sim.nodes.checked_profile import CheckedProfile
+from ab_sim.nodes.timed_run import CheckedProfile
 from ab_sim.scene.load import load_profile
 
 AHEAD = 0.005

@@ -11,20 +11,17 @@ from ab_sim.engine.kernels.constants import layout_of_constants, traced_bodies
 from ab_sim.engine.kernels.emission import Emission
 from ab_sim.engine.kernels.model import Model
 from ab_sim.engine.kernels.runge_kutta import Tableau
-from ab_sim.export.c_code.parameters import GIVEN, DriveParameter
+from ab_sim.export.c_code.declarations import GIVEN, KINDS, DriveParameter
 from ab_sim.model.dynamics.assemble import of_ball
 from ab_sim.model.dynamics.system import FORMULA_COLUMNS, System
 from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.race import BallConstants
-from ab_sim.model.spindle import RaisedCosine, Ramp
 from ab_sim.scene.sensors import Accelerometer
 from ab_sim.tracing import Graph, Level
 from ab_sim.tracing.c_text import Store, c_literal, c_statements
 from ab_sim.tracing.expression import Expression, lifted, reachable_nodes
 from ab_sim.tracing.lowering import without_cosines
 
-KINDS: dict[type[Any], str] = {Ramp: "ramp", RaisedCosine: "raised_cosine"}
-"""Kinds of segments, and their names in C."""
 COLUMNS = BallConstants._fields[1:]
 """Columns of the balls, one name for each of ``FORMULA_COLUMNS``."""
 

@@ -4,9 +4,8 @@ import re
 from collections.abc import Iterator, Sequence
 
 from ab_sim.export.formulas.effects import formulas_of
-from ab_sim.export.formulas.lines import Line, Lines
+from ab_sim.export.formulas.lines import Line, Lines, in_latex
 from ab_sim.export.formulas.planar import planar_sections
-from ab_sim.export.formulas.symbols import in_latex
 from ab_sim.scene.registry import effect_classes
 
 PAGE = "docs/equations.md"

@@ -6,8 +6,7 @@ where an effect acts. The formulas of the effects are printed separately.
 
 from typing import Any, NamedTuple
 
-from ab_sim.export.formulas.lines import Equation, Lines, lines_of
-from ab_sim.export.formulas.symbols import Symbols
+from ab_sim.export.formulas.lines import Equation, Lines, Symbols, lines_of
 from ab_sim.model.equations.arrowhead import Arrow, normal_force
 from ab_sim.model.equations.motion import Ball, DeckMotion, SpindleMotion
 from ab_sim.model.equations.planar import Planar

@@ -18,8 +18,7 @@ from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.published import CONSTANTS, STATE_TOPICS, StateChannels
 from ab_sim.drive.trajectory import Trajectory, balls_in
 from ab_sim.record.bags import contract
-from ab_sim.record.bags.contract import DECIMATED, NOTE, NUMBER, offered_qos
-from ab_sim.record.bags.messages import encoded, prefilled
+from ab_sim.record.bags.contract import DECIMATED, NOTE, NUMBER, encoded, offered_qos, prefilled
 from ab_sim.record.bags.writer import BagWriter
 from ab_sim.record.recording import LEFT_OUT, StoredRun
 from ab_sim.scene import Scene, check_scene

@@ -12,8 +12,7 @@ import numpy as np
 
 from ab_msgs_py import ImuSample, Topic, VibrationSample, WhirlSample, topics
 from ab_msgs_py.samples import HOUSING, frame_of, nanoseconds_of
-from ab_sim.record.bags.drives import IgnoredMessages
-from ab_sim.record.bags.messages import decoded
+from ab_sim.record.bags.contract import IgnoredMessages, decoded
 from ab_sim.record.bags.reader import Bag
 from ab_sim.record.recording import drawable
 

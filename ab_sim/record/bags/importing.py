@@ -1,21 +1,205 @@
-"""Import of a bag as recordings."""
+"""Import of a bag as recordings, as a live recorder would have written them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ab_msgs_py import Topic, topics
+import numpy as np
+
+from ab_msgs_py import Block, Health, Level, Topic, topics
+from ab_msgs_py.samples import Event
 from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.record.bags import contract
-from ab_sim.record.bags.contract import DECIMATED, NUMBER
-from ab_sim.record.bags.drives import BagConverter
+from ab_sim.record.bags.contract import DECIMATED, NOTE, NUMBER, IgnoredMessages, decoded
 from ab_sim.record.bags.foreign_bag import ForeignBag
-from ab_sim.record.bags.reader import Bag
-from ab_sim.record.recording import Recording
+from ab_sim.record.bags.reader import Bag, Message
+from ab_sim.record.recording import Recording, drawable
+
+
+class BagConverter(IgnoredMessages):
+    """Converter of messages to recordings; a context manager that closes the last recording.
+
+    Args:
+        namespace: namespace of the drive.
+        kinds: topics of the messages, by full name.
+        out: file of the first recording.
+
+    Raises:
+        RecordingError: a recording cannot be written; `write` raises it, too.
+    """
+
+    def __init__(self, namespace: str, kinds: dict[str, Topic], out: Path) -> None:
+        super().__init__()
+        self.files: list[Path] = []
+        self.rows = self.missing = 0
+        self._namespace, self._kinds, self._out = namespace, kinds, out
+        self._recording: Recording | None = None
+        self._is_decimated = False  # whether the recording consists of decimated blocks
+        self._description: dict[str, Any] = {}
+        self._time = 0  # newest time [ns]
+        self._levels: dict[str, Level] = {}
+        self._left_out = np.empty((0, len(contract.DECIMATED_CHANNELS)))  # rule of the next block
+        self._pending: list[tuple[Any, ...]] = []  # entries before the first sample
+        self._write: dict[Topic, Callable[[Any], None]] = {
+            topics.DESCRIPTION: self._describe,
+            DECIMATED: self._decimated,
+            topics.BLOCK: self._block,
+            topics.CLOCK: self._clock,
+            topics.COMMAND: self._command,
+            topics.DIAGNOSTICS: self._health,
+            topics.FAULTS: self._faults,
+            topics.PROFILE_STATUS: self._status,
+            topics.EVENTS: self._event,
+        }
+
+    def __enter__(self) -> BagConverter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+
+    def write(self, message: Message) -> None:
+        """Convert the next message; count it as ignored if it is invalid."""
+        topic = self._kinds[message.topic]
+        if topic not in self._write and topic is not NUMBER:
+            return
+        try:
+            sample = topic.sample(decoded(message.data, topic.type_name))
+            if topic is NUMBER:
+                self._scalar(message.topic.rpartition("/")[2], sample)
+            else:
+                self._write[topic](sample)
+        except (ValueError, RecursionError) as error:
+            self.ignore(message.topic, error)
+
+    def _describe(self, description: dict[str, Any]) -> None:
+        if description != self._description:
+            self._close()
+            self._description = description
+
+    def _decimated(self, block: Block) -> None:
+        channels, rule = checked_block(block)
+        if channels != contract.DECIMATED_CHANNELS:
+            raise ValueError(f"must have the channels {contract.DECIMATED_CHANNELS}")
+        counts, every, around = rule[:, 2], rule[:, 3], rule[:, 4]
+        whole = (counts == np.rint(counts)).all() and (counts >= 0).all()
+        if not (whole and (np.diff(counts) >= 0).all() and (every >= 1).all()
+                and (around >= 0).all() and np.isfinite(rule).all()):  # fmt: skip
+            raise ValueError(
+                "left_out must be whole and not decrease, every at least 1, and around at least 0"
+            )
+        self._left_out = rule
+
+    def _block(self, block: Block) -> None:
+        channels, samples = checked_block(block)
+        if not len(samples):
+            return
+        described = self._description.get("channels")
+        if described is not None and list(channels) != described:
+            raise ValueError(f"has channels {channels}; the drive's description has {described}")
+        if self._recording is None or samples[0, 0] <= self._recording.last_step:
+            self._close()  # the drive was reset, and steps in a recording must increase
+            self._open(channels)
+        assert self._recording is not None
+        left_out, self._left_out = self._left_out, self._left_out[:0]
+        decimated = self._is_decimated and np.array_equal(left_out[:, 0], samples[:, 0])
+        self._recording.block(channels, samples, left_out[:, 2] if decimated else None)
+        self._time = max(self._time, round(1e9 * samples[-1, 1]))
+
+    def _clock(self, time: int) -> None:
+        self._time = time
+
+    def _command(self, speed: float) -> None:
+        self._scalar("commands_received", speed)
+
+    def _health(self, entries: list[Health]) -> None:
+        for health in entries:
+            if not self._is_own(health.namespace):
+                continue
+            factor = float(health.values.get("real-time factor", "nan"))
+            if math.isfinite(factor):
+                self._scalar("real_time_factor", factor)
+            if self._levels.get(health.node, Level.OK) is not health.level:
+                level = "INFO" if health.level is Level.OK else health.level.name
+                self._note(f"{health.node}: {health.message}", level, "diagnostics")
+            self._levels[health.node] = health.level
+
+    def _status(self, status: str) -> None:
+        self._note(f"profile: {status}", "INFO", "profile")
+
+    def _faults(self, faults: list[str]) -> None:
+        text = f"faults: {', '.join(faults) or 'none'}"
+        self._note(text, "WARN" if faults else "INFO", "faults")
+
+    def _event(self, event: Event) -> None:
+        noted = contract.logger_name(self._namespace, NOTE)
+        if event.node.startswith(noted):
+            source = event.node.removeprefix(noted)
+            self._note(event.text, event.level, source, event.time)
+        elif self._is_own("/" + event.node.rpartition(".")[0].replace(".", "/")):
+            self._note(f"{event.node}: {event.text}", event.level, "log")
+
+    def _is_own(self, namespace: str) -> bool:
+        return (namespace or "/") == self._namespace
+
+    def _scalar(self, name: str, value: float) -> None:
+        self._put("scalar", name, self._time / 1e9, value)
+
+    def _note(self, text: str, level: str, source: str, time: int | None = None) -> None:
+        self._put("event", (self._time if time is None else time) / 1e9, text, level, source)
+
+    def _put(self, what: str, *noted: Any) -> None:
+        if self._recording is None:
+            self._pending.append((what, *noted))
+        else:
+            getattr(self._recording, what)(*noted)
+
+    def _open(self, channels: tuple[str, ...]) -> None:
+        path, count = self._out, 1
+        while path in self.files or (count > 1 and path.exists()):
+            count += 1
+            path = self._out.with_stem(f"{self._out.stem}-{count}")
+        self.files.append(path)
+        drawn = drawable(self._description, channels)
+        self._is_decimated = len(self._left_out) > 0
+        rule: dict[str, Any] = {}
+        if self._is_decimated:
+            every, around = self._left_out[0, 3:].tolist()
+            rule = {"every": int(every), "around": around, "decimated": True}
+        self._recording = Recording(
+            path, description=self._description, drawn=drawn, index=False, **rule
+        )
+        pending, self._pending = self._pending, []
+        for what, *noted in pending:
+            self._put(what, *noted)
+
+    def _close(self) -> None:
+        if self._recording is not None:
+            self._recording.close()
+            self.rows += self._recording.rows_written
+            self.missing += self._recording.missing
+            self._recording = None
+
+
+def checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the channels and samples of a block.
+
+    Raises:
+        ValueError: channels or times are not valid for `Recording`.
+    """
+    channels, samples = block.channels, block.samples
+    if channels[:2] != ("step", "time") or len(set(channels)) < len(channels):
+        raise ValueError(f"channels must begin with step, time and differ: {channels}")
+    times = samples[:, 1]
+    if not np.isfinite(times).all() or (np.diff(times) < 0).any():
+        raise ValueError("time must be finite, and not decrease from sample to sample")
+    return channels, samples
+
 
 _CHUNK = 1000  # rows
 

@@ -13,9 +13,14 @@ import psutil
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.base.files import check_regular, is_being_written
-from ab_sim.record.bags.metadata import METADATA, is_unfinished
 from ab_sim.record.bags.reader import Bag
-from ab_sim.record.bags.unfinished_bag import is_finished, torn_bytes, written_by
+from ab_sim.record.bags.unfinished_bag import (
+    METADATA,
+    is_finished,
+    is_unfinished,
+    torn_bytes,
+    written_by,
+)
 from ab_sim.record.bags.writer import BagWriter
 
 _LIBRARY = "rosbags"

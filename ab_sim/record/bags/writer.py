@@ -21,9 +21,8 @@ from rosbags.typesys import TypesysError
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.base.files import lock, write_whole
-from ab_sim.record.bags.messages import TYPES
-from ab_sim.record.bags.metadata import METADATA, initial_metadata
-from ab_sim.record.bags.unfinished_bag import END
+from ab_sim.record.bags.contract import TYPES
+from ab_sim.record.bags.unfinished_bag import END, METADATA, initial_metadata
 
 _CHECKSUM = 201
 """Parameter of zstd that adds a checksum to each frame, which is checked on unpacking."""

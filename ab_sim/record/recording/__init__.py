@@ -2,8 +2,8 @@
 
 A run is a table of float64 *samples*: one row per integration step, one column per *channel*. The
 first two channels are ``step`` (an increasing whole number) and ``time`` [s]. `Recording` writes
-the table, `read_recording` returns exactly what was written, and `open_recording` reads it in
-blocks, for runs that do not fit into memory.
+the table, and `open_recording` reads exactly what was written: as a whole, or in blocks for runs
+that do not fit into memory.
 
 ======================  ===================================================  =================
 entity                  contents                                             shown as
@@ -56,7 +56,6 @@ os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
 from ab_sim.record.recording.decimation import AROUND  # noqa: E402
 from ab_sim.record.recording.layout import LEFT_OUT  # noqa: E402
-from ab_sim.record.recording.reader import RecordedRun, read_recording  # noqa: E402
 from ab_sim.record.recording.stored import (  # noqa: E402
     BLOCK_ROWS,
     Event,
@@ -75,11 +74,9 @@ __all__ = [
     "Event",
     "Extent",
     "LEFT_OUT",
-    "RecordedRun",
     "Recording",
     "SHOWN_PERIOD",
     "StoredRun",
     "open_recording",
     "drawable",
-    "read_recording",
 ]

@@ -9,10 +9,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.base.palette import GREEN, GREY, ORANGE, RUN, SKY, VERMILION
-from ab_sim.record.recording.curves import Curves
+from ab_sim.record.recording.curves import Curves, PlottedCurves, lines, plot
 from ab_sim.record.recording.drawing import Drawing
 from ab_sim.record.recording.layout import layout_of
-from ab_sim.record.recording.plots import PlottedCurves, lines, plot
 from ab_sim.record.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
 MOST_NAMES = 8

@@ -11,9 +11,7 @@ from ab_sim.base.errors import RecordingError
 from ab_sim.drive.urdf import ball_radius
 from ab_sim.record.recording.curves import Curves
 from ab_sim.record.recording.explanation import Explanation
-from ab_sim.record.recording.space import Space
-from ab_sim.record.recording.top_view import TopView
-from ab_sim.record.recording.vectors import Arrows
+from ab_sim.record.recording.shapes import Arrows, Space, TopView
 
 Parts = Iterator[tuple[str, Any]]  # entities and their data
 
@@ -91,7 +89,7 @@ class Drawing:
 
 
 def description_text(description: Mapping[str, Any]) -> str:
-    """Return the description of a run as Markdown with a block of JSON, for `read_recording`.
+    """Return the description of a run as Markdown with a block of JSON, for `open_recording`.
 
     Raises:
         RecordingError: the description is not JSON-able.

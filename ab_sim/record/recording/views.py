@@ -5,22 +5,118 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.base.errors import RecordingError
+from ab_sim.base.presentation import NOTATION, in_one_turn
+from ab_sim.drive.rotor_without_balls import WhirlWithoutBalls
+from ab_sim.drive.trajectory import Trajectory, channels_for
+from ab_sim.drive.turn_vector import TurnVector
 from ab_sim.record.recording.blueprint import blueprint, plain_blueprint
+from ab_sim.record.recording.curves import FRAMES
 from ab_sim.record.recording.drawing import Drawing
-from ab_sim.record.recording.layout import Array, layout_of
-from ab_sim.record.recording.legend import legend_text
-from ab_sim.record.recording.pictures import PERIOD, Pictures, Sent
+from ab_sim.record.recording.explanation import Explanation
+from ab_sim.record.recording.layout import Array, layout_of, plotted_columns
+from ab_sim.record.recording.signals import Final, FinalRms, FrameRate
+from ab_sim.record.recording.vibration import SpindlePhase, VibrationCurves
 
 ALWAYS = ("step", "time")
 """First channels of every recording."""
+PERIOD = 1e-2
+"""Shortest time between two frames [s]. A screen shows no more, and a frame takes as much space as
+three samples. Channels are recorded at every step."""
+
+_PLANE = ("x", "y", "ax", "ay")
+_SPACE = ("x", "y", "z", "ax", "ay", "az", "qw", "qx", "qy", "qz")
+
+Sent = tuple[str, Array, Any]  # entity, rows with the times, columns
+
+
+def _legend_text(drawing: Drawing, final: Final | None, alone: Final | None) -> str:
+    """Return the text next to the drawings, in Markdown.
+
+    Args:
+        drawing: drawing of the drive.
+        final: final whirl [m]; None if unknown.
+        alone: final whirl of the drive without balls [m]; None if unknown.
+    """
+    explained = drawing.explained
+    parts = [
+        *_final_text(drawing, final, alone),
+        "**Play**: space. For a tenth of the speed, click 1.00x below and type 0.1; in a narrow "
+        "window show the time panel first, by its button at the top.",
+        f"**{_balls_text(drawing.balls)}**, R = {drawing.race:g} mm, e = "
+        f"{drawing.eccentricity:g} mm. {_space_text(drawing)}; grey: the deck at rest.",
+        *_arrows_text(drawing),
+        *_balance_text(explained),
+        *_without_balls_text(explained),
+        f"{NOTATION}.",
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _final_text(drawing: Drawing, final: Final | None, alone: Final | None) -> list[str]:
+    if final is None:
+        return []
+    e = 1e-3 * drawing.eccentricity
+    text = f"W/e = {final.rms / e:.3g}" if e else f"W = {1e3 * final.rms:.3g} mm"
+    share = f", {final.rms / alone.rms:.3g} times that without balls" if alone and alone.rms else ""
+    return [f"**At the end**: {text}{share} (r.m.s. from {final.begin:.4g} to {final.end:.4g} s)."]
+
+
+def _space_text(drawing: Drawing) -> str:
+    what = "displacement and tilt" if drawing.tilts else "displacement"
+    times = drawing.space.factor
+    return f"In space: {what} {'to scale' if times == 1.0 else f'{times:g} times as large'}"
+
+
+def _balls_text(count: int) -> str:
+    return {0: "No balls", 1: "1 ball"}.get(count, f"{count} balls")
+
+
+def _arrows_text(drawing: Drawing) -> list[str]:
+    if drawing.top.arrows is None:
+        return ["Red: the unbalance."]
+    if not drawing.balls:
+        return ["**Arrow**: the unbalance M0 e."]
+    return [
+        "**Arrows**: red, the unbalance M0 e; green, from its tip, the balls' sum of m R; blue, "
+        "their sum, the residual unbalance. Balls at one place are drawn in different sizes."
+    ]
+
+
+def _balance_text(explained: Explanation) -> list[str]:
+    balance = explained.balance
+    if balance is None:
+        why = explained.left_out.get("balance")
+        return [f"No balanced positions are marked: {why}."] if why else []
+    turned = np.degrees(in_one_turn(np.array(balance.angles))).tolist()
+    angles = sorted({round(angle, 1) for angle in turned})
+    places = ", ".join(f"{angle:g}" for angle in angles) + " deg"
+    if balance.residual > 0.0 and explained.unbalance:
+        share = 100.0 * balance.residual / explained.unbalance
+        whose = "This ball" if len(balance.angles) == 1 else "These balls"
+        return [
+            f"**{whose} cannot balance the rotor**: green rings mark the best place ({places}), "
+            f"which leaves {share:.3g} % of the unbalance."
+        ]
+    if balance.residual > 0.0:
+        return ["**A rotor without unbalance**: a ball can only make it worse."]
+    many = " This is one of many positions that balance." if balance.many else ""
+    return [f"**Rings**: positions in which the balls balance the rotor ({places}).{many}"]
+
+
+def _without_balls_text(explained: Explanation) -> list[str]:
+    if explained.alone is not None:
+        return ["**Whirl**: grey, the same drive without balls, at this run's speed."]
+    why = explained.left_out.get("alone")
+    return [f"Whirl without balls is not drawn: {why}."] if why else []
 
 
 class DriveView:
-    """View with drawings of the drive.
+    """View with drawings of the drive; its content does not depend on the size of blocks.
 
     Args:
         description: description of the run.
@@ -31,19 +127,29 @@ class DriveView:
     """
 
     def __init__(self, description: Mapping[str, Any], period: float = PERIOD) -> None:
-        self._drawing, self._period = Drawing.of(description), period
-        self._pictures = Pictures(self._drawing, ())
+        self._drawing = drawing = Drawing.of(description)
+        self.needs: tuple[str, ...] = (*ALWAYS, *drawing.needs)
         self._channels: tuple[str, ...] = ()
-        self.needs: tuple[str, ...] = (*ALWAYS, *self._drawing.needs)
+        self._columns: list[int] = []
+        self._names = channels_for(_SPACE if drawing.tilts else _PLANE, drawing.balls)
+        self._frames, self._turn = FrameRate(period), TurnVector()
+        explained = drawing.explained
+        self._vibration = VibrationCurves(self._names, explained.top_speed)
+        self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)
+        self._alone = None if explained.alone is None else WhirlWithoutBalls(explained.alone)
+        self._final, self._final_alone = FinalRms(), FinalRms()  # with and without balls [m]
 
     def statics(self) -> Iterator[tuple[str, Any]]:
         """Yield static archetypes, by entity."""
         yield self._about()
         yield from self._drawing.scenery()
-        yield from self._pictures.scenery()
+        yield from self._phase.scenery()
 
     def begin(self, channels: Sequence[str]) -> None:
         """Set the channels, which determine the layout.
+
+        Channels that ``needs`` does not contain may be missing, such as speed and acceleration;
+        they are then NaN.
 
         Raises:
             RecordingError: the channels do not fit the number of balls.
@@ -54,20 +160,39 @@ class DriveView:
                 f"channels have the angles of {balls} balls, but the description has balls = "
                 f"{self._drawing.balls}"
             )
-        self._pictures = Pictures(self._drawing, channels, self._period)
         self._channels = tuple(channels)
+        at = {name: column for column, name in enumerate(channels)}
+        self._columns = [at.get(name, len(channels)) for name in self._names]
 
     def of_samples(self, rows: Array) -> list[Any]:
         """Return the columns of computed curves with a row per sample."""
-        return self._pictures.of_samples(rows)
+        run = Trajectory(self._names, self._selected(rows))
+        self._final.take(run["time"], run.whirl)
+        return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
 
     def frames(self, rows: Array) -> Iterator[Sent]:
         """Yield the frames of the drawings for the next samples."""
-        return self._pictures.frames(rows)
+        every = Trajectory(self._names, self._selected(rows))
+        phase = np.angle(self._turn.of(every["angle"], every["x"], every["y"]))
+        thin = self._frames.of(np.column_stack([every.samples, phase]))
+        if not len(thin):
+            return
+        thin, phase = thin[:, :-1], thin[:, -1]
+        run, drawing = Trajectory(self._names, thin), self._drawing
+        angle, place, balls = run["angle"], run.position, run.ball_angles
+        for entity, columns in drawing.space.frames(angle, place, run.turn, balls):
+            yield entity, thin, columns
+        alone = None if self._alone is None else self._alone.along(run["time"], run["speed"])
+        if alone is not None:
+            self._final_alone.take(run["time"], alone)
+        curves = plotted_columns(drawing.curves.of_frames(run, phase, alone))
+        yield FRAMES, thin, [*drawing.top.frames(angle, 1e3 * place, balls), *curves]
 
     def slow_curves(self, rows: Array) -> Iterator[Sent]:
         """Yield the curves with few points, such as spectra, for the next samples."""
-        return self._pictures.slow_curves(rows)
+        samples = self._selected(rows)
+        yield from self._vibration.of(samples)
+        yield from self._phase.of(samples)
 
     def conclusion(self) -> Iterator[tuple[str, Any]]:
         """Yield the static archetypes that change at the end of a run, by entity."""
@@ -78,10 +203,12 @@ class DriveView:
         return blueprint(self._drawing, self._channels, scalars, live=live)
 
     def _about(self) -> tuple[str, Any]:
-        pictures = self._pictures
-        final, alone = pictures.final_whirl, pictures.final_whirl_without_balls
-        text = legend_text(self._drawing, final, alone)
+        text = _legend_text(self._drawing, self._final.value, self._final_alone.value)
         return "/about", rr.TextDocument(text, media_type="text/markdown")
+
+    def _selected(self, rows: Array) -> Array:
+        """Return the channels that drawings and curves use; missing ones are NaN."""
+        return np.column_stack([rows, np.full(len(rows), np.nan)])[:, self._columns]
 
 
 class PlotsView:

@@ -27,10 +27,9 @@ from ab_sim.record.recording.layout import (
     layout_of,
     named_columns,
 )
-from ab_sim.record.recording.pictures import PERIOD, Sent
 from ab_sim.record.recording.piped_file import FLUSH_SECONDS, PipedFile
-from ab_sim.record.recording.views import ALWAYS, DriveView, PlotsView
-from ab_sim.record.recording.windows import FrameRate
+from ab_sim.record.recording.signals import FrameRate
+from ab_sim.record.recording.views import ALWAYS, PERIOD, DriveView, PlotsView, Sent
 
 BATCH_ROWS = 5000  # rows that are sent together: sending 200 rows takes as long as sending 1
 PICTURES_WAIT = 1.0  # longest delay of drawings without a viewer, in time of the run [s]
@@ -191,7 +190,7 @@ class Recording:
             and the quaternion; there may be any other channels.
         samples : array_like
             Samples of shape (rows, channels), float64; they are copied. ``step`` must increase from
-            row to row; `read_recording` counts gaps.
+            row to row; `Extent` counts gaps.
         left_out : array_like
             Number of rows omitted up to each row, for samples that were decimated before; only with
             ``decimated``.

@@ -17,9 +17,8 @@ from ab_sim.drive.rows import channels_of
 from ab_sim.drive.trajectory import Trajectory, is_ball_angle
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.record.recording import StoredRun
-from ab_sim.record.recording.pictures import PERIOD
-from ab_sim.record.recording.signals import FinalRms
-from ab_sim.record.recording.windows import FrameRate
+from ab_sim.record.recording.signals import FinalRms, FrameRate
+from ab_sim.record.recording.views import PERIOD
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 from ab_sim.show.reports.envelope import Envelope

@@ -1,4 +1,4 @@
-"""Reader of a whole recording into memory."""
+"""Whole recording in memory, for tests."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive.trajectory import column_of
+from ab_sim.record.recording import Event, open_recording
 from ab_sim.record.recording.layout import Array
-from ab_sim.record.recording.stored import Event, open_recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +32,7 @@ class RecordedRun:
 
 
 def read_recording(path: Path | str) -> RecordedRun:
-    """Read a recording, finished or not, into memory; `open_recording` is for longer runs.
-
-    Raises
-    ------
-    RecordingError
-        The file is missing, not a Rerun file, or not a recording of ab_sim.
-    """
+    """Read a recording, finished or not, into memory."""
     stored = open_recording(path)
     blocks = list(stored.blocks()) if stored.channels else []
     samples = np.concatenate([np.empty((0, len(stored.channels))), *blocks])

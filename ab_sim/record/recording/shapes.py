@@ -1,27 +1,233 @@
-"""Drawing of the drive in space, in mm.
+"""Drawings of the drive in mm: from above to scale, and in space.
 
-Displacement and tilt are hundreds of times smaller than the deck, so the drawing exaggerates both
-by one factor, which the text next to the drawing states. To first order, the displacement of every
-point of the deck is multiplied by this factor. Spindle and balls turn by their true angles.
+In Rerun's 2-D views, y points downwards. The drawing from above negates y and all angles, so that
+on the screen y points upwards and angles increase anticlockwise.
+
+Displacement and tilt are hundreds of times smaller than the deck, so the drawing in space
+exaggerates both by one factor, which the text next to the drawing states. To first order, the
+displacement of every point of the deck is multiplied by this factor. Spindle and balls turn by
+their true angles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ab_sim.base.palette import GREY, UNBALANCE, ball_colour
+from ab_sim.base.palette import BALANCED, GREY, RESIDUAL, RESULTANT, UNBALANCE, Colour, ball_colour
+from ab_sim.drive.balance import Balance, resultant
 from ab_sim.drive.urdf import DISC, MARK, MARK_PLACE, PLATE
+from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.layout import Array
-from ab_sim.record.recording.overlapping_balls import stacked
-from ab_sim.record.recording.vectors import Arrows
 
-Parts = Iterator[tuple[str, Any]]
+REACH = 0.62
+"""Drawn length of the largest unbalance, of the rotor or of all balls at one place, relative to the
+race's radius."""
+
+
+class Arrows(NamedTuple):
+    """Arrows of a drawing: M0 e, sum m_i R exp(i theta_i), and their sum."""
+
+    unbalance: float
+    """Unbalance M0 e [kg m]."""
+    moments: Array
+    """Moments m_i R of the balls [kg m], shape (balls,)."""
+    scale: float
+    """Drawn length [mm] per unbalance [kg m]."""
+
+    @classmethod
+    def of(cls, explained: Explanation, race: float) -> Arrows | None:
+        """Return the arrows for a race's radius [mm]; None without an unbalance."""
+        if not explained.vectors:
+            return None
+        assert explained.unbalance is not None
+        longest = max(explained.unbalance, float(explained.moments.sum()))
+        return cls(explained.unbalance, explained.moments, REACH * race / longest)
+
+    @property
+    def labels(self) -> list[str]:
+        """Names of the arrows."""
+        return ["unbalance", "balls", "residual"] if len(self.moments) else ["unbalance"]
+
+    @property
+    def colors(self) -> list[Colour]:
+        """Colours of the arrows."""
+        return [UNBALANCE, RESULTANT, RESIDUAL][: len(self.labels)]
+
+    def drawn(self, angles: Array) -> tuple[Array, Array]:
+        """Return origins and vectors of the arrows on the rotor's axes.
+
+        Args:
+            angles: angles of the balls from the unbalance [rad], shape (rows, balls).
+
+        Returns:
+            Two complex arrays of shape (rows, arrows) [mm].
+        """
+        rotor = np.full(len(angles), self.scale * self.unbalance, dtype=complex)
+        none = np.zeros_like(rotor)
+        if not len(self.moments):
+            return none[:, None], rotor[:, None]
+        balls = self.scale * resultant(self.moments, angles)
+        return np.column_stack([none, rotor, none]), np.column_stack([rotor, balls, rotor + balls])
+
+
+def shrunk(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
+    """Return the drawn radii of balls, which are smaller for a ball that covers an earlier one.
+
+    Args:
+        angles: angles of the balls [rad], shape (rows, balls).
+        race: radius of the circle of the balls' centres.
+        radii: radii of the balls, in the unit of ``race``.
+
+    Returns:
+        Radii in this unit, shape (rows, balls).
+    """
+    drawn = np.tile(radii, (len(angles), 1))
+    for ball in range(1, len(radii)):
+        inside = np.minimum(radii[ball], 0.62 * drawn[:, :ball])
+        cover = _cover(angles, ball, race, radii[ball])
+        drawn[:, ball] = (radii[ball] + cover * (inside - radii[ball])).min(axis=1)
+    return drawn
+
+
+def stacked(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
+    """Return the heights at which balls are drawn above the race, shape (rows, balls).
+
+    A ball inside another would be invisible in space, so a ball that covers an earlier one is drawn
+    on top of it. The arguments are those of `shrunk`.
+    """
+    heights = np.zeros(angles.shape)
+    for ball in range(1, len(radii)):
+        above = heights[:, :ball] + np.array(radii[:ball]) + radii[ball]
+        heights[:, ball] = (_cover(angles, ball, race, radii[ball]) * above).max(axis=1)
+    return heights
+
+
+def _cover(angles: Array, ball: int, race: float, radius: float) -> Array:
+    """Return the overlap with each earlier ball: 1 at the same place, 0 at a radius or more."""
+    chord = 2.0 * race * np.abs(np.sin(0.5 * (angles[:, :ball] - angles[:, ball, None])))
+    return np.asarray(np.clip(1.0 - chord / radius, 0.0, 1.0))
+
+
+Parts = Iterator[tuple[str, Any]]  # entities and their data
+
+ROTOR = "/above/rotor"
+"""Entity of the rotor. Its name sorts before that of the samples, so that Rerun draws the curves of
+the samples on top of those of this entity."""
+_SIDE = 1.35
+"""Half the width of the picture, relative to the race's radius."""
+_TOP, _BOTTOM = -1.55, 1.8
+"""Upper and lower edge of the picture, with room for labels."""
+_CORNERS = np.array([[-1.15, -1.5], [1.15, -1.5], [-1.15, 1.3], [1.15, 1.3]])
+"""Positions of the legend's points, relative to the race's radius; labels are below them."""
+
+
+@dataclass(frozen=True)
+class TopView:
+    """Drawing of a drive from above."""
+
+    race: float
+    """Radius of the circle on which the balls' centres run [mm]."""
+    radii: tuple[float, ...]
+    """Radii of the balls [mm]."""
+    arrows: Arrows | None
+    balance: Balance | None
+
+    def scenery(self) -> Parts:
+        """Yield the parts of the drawing that do not change, which are logged once."""
+        r, widest = self.race, max(self.radii, default=0.0)
+        c, mark = 0.1 * r, 0.88 * r
+        cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
+        yield "/above/rest", rr.LineStrips2D(cross, colors=GREY, radii=0.006 * r)
+        yield f"{ROTOR}/race", _rings([0.0], [0.0], [r + widest], GREY, 0.012 * r)
+        unbalance = rr.Points2D([[mark, 0]], colors=UNBALANCE, radii=0.05 * r)
+        yield f"{ROTOR}/unbalance", unbalance
+        if self.radii:
+            colors = [ball_colour(ball) for ball in range(len(self.radii))]
+            yield ROTOR, rr.Points2D.from_fields(colors=colors)
+        if self.balance is not None:
+            angles = np.array(self.balance.angles)
+            yield (
+                f"{ROTOR}/balanced",
+                _rings(
+                    r * np.cos(angles),
+                    -r * np.sin(angles),
+                    1.25 * np.array(self.radii),
+                    BALANCED,
+                    0.014 * r,
+                ),
+            )
+        if self.arrows is not None:
+            yield (
+                ROTOR,
+                rr.Arrows2D.from_fields(colors=self.arrows.colors, radii=0.018 * r),
+            )
+            yield f"{ROTOR}/legend", self._legend(self.arrows)
+
+    def frames(self, angle: Array, place: Array, balls: Array) -> list[Any]:
+        """Return the columns of the rotor, one row per frame.
+
+        Args:
+            angle: angle of the spindle [rad], shape (rows,).
+            place: displacement of the deck [mm], shape (rows, 2), or (rows, 3) in space.
+            balls: angles of the balls [rad], shape (rows, balls).
+        """
+        rows, zero = len(angle), np.zeros_like(angle)
+        shaft = np.column_stack([place[:, 0], -place[:, 1], zero])
+        half = -0.5 * np.remainder(angle, 2 * np.pi)
+        spun = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        rotor = [*rr.Transform3D.columns(translation=shaft, quaternion=spun)]
+        if self.radii:
+            places = self.race * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
+            drawn = shrunk(balls, self.race, self.radii)
+            points = rr.Points2D.columns(positions=places.reshape(-1, 2), radii=drawn.ravel())
+            rotor += points.partition(np.full(rows, len(self.radii)))
+        if self.arrows is not None:
+            begin, way = self.arrows.drawn(balls)
+            arrows = rr.Arrows2D.columns(origins=_flat(begin), vectors=_flat(way))
+            rotor += arrows.partition(np.full(rows, begin.shape[1]))
+        return rotor
+
+    def _legend(self, arrows: Arrows) -> Any:
+        """Return the legend of arrows and rings, in the corners, where it covers no ball."""
+        labels, colors = list(arrows.labels), list(arrows.colors)
+        if self.balance is not None:
+            labels.append("balanced" if self.balance.residual == 0.0 else "best place")
+            colors.append(BALANCED)
+        places = self.race * _CORNERS[: len(labels)]
+        return rr.Points2D(
+            places, colors=colors, radii=0.03 * self.race, labels=labels, show_labels=True
+        )
+
+    def view(self) -> rrb.View:
+        """Return the view of the drive from above."""
+        sides = np.array([-_SIDE, _SIDE]) * self.race
+        height = np.array([_TOP, _BOTTOM]) * self.race
+        return rrb.Spatial2DView(
+            name="Top view",
+            origin=ROTOR,
+            contents=["$origin/**", "/above/rest"],
+            visual_bounds=rrb.VisualBounds2D(x_range=sides, y_range=height),
+        )
+
+
+def _flat(points: Array) -> Array:
+    return np.column_stack([points.real.ravel(), -points.imag.ravel()])
+
+
+def _rings(x: Any, y: Any, radii: Any, color: Any, line: float) -> Any:
+    turn = np.linspace(0, 2 * np.pi, 121)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    rings = [
+        np.array([px, py]) + radius * circle for px, py, radius in zip(x, y, radii, strict=True)
+    ]
+    return rr.LineStrips2D(rings, colors=color, radii=line)
+
 
 _DECK, _SPRING = (90, 140, 190), (150, 150, 90)
 _GLASS = (75, 80, 90)
@@ -165,7 +371,9 @@ class Space:
         if self.arrows is not None:
             begin, way = self.arrows.drawn(balls)
             above = self.rotor_height + 0.03 * self.race
-            arrows = rr.Arrows3D.columns(origins=_flat(begin, above), vectors=_flat(way, 0.0))
+            arrows = rr.Arrows3D.columns(
+                origins=_flat_in_space(begin, above), vectors=_flat_in_space(way, 0.0)
+            )
             rotor += arrows.partition(np.full(rows, begin.shape[1]))
         yield "/space/deck/rotor", rotor
 
@@ -252,7 +460,7 @@ def _disc(radius: float, height: float) -> Any:
     )
 
 
-def _flat(points: Array, height: float) -> Array:
+def _flat_in_space(points: Array, height: float) -> Array:
     """Return complex points on the rotor's axes as points in space, at one height."""
     flat = points.ravel()
     return np.column_stack([flat.real, flat.imag, np.full(len(flat), height)])

@@ -1,0 +1,248 @@
+"""ROS side of the profile controller: its action, its subscriptions, and its texts."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.action import CancelResponse
+from rclpy.node import Node
+
+from ab_msgs_py import Level, Qos, Topic, actions, topics
+from ab_msgs_py.actions import Asked, Outcome, Progress
+from ab_msgs_py.samples import spindle_of
+from ab_sim.model.spindle.profile_execution import ProfileExecution, ProfileInputs
+from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
+from ab_sim.model.spindle.segments_execution import SegmentsExecution
+from ab_sim.nodes.adaptive_execution import AdaptiveExecution, Reading, SpindleSample
+from ab_sim.nodes.base_node import Goal, GoalServer
+
+GAVE_UP = "at the final speed, but "
+"""Beginning of the message on a profile that ended with a problem; the reason follows."""
+HEALTH = {
+    ProfileState.IDLE: "waiting for ~/start",
+    ProfileState.DONE: "profile done, holding its final speed",
+    ProfileState.ABORTED: "aborted, commanding standstill",
+}
+"""Messages for states that their status text does not describe well enough."""
+
+
+def log_text(status: str, well: bool = True) -> str:
+    """Return the text of a status for the log; ``well``: there is no problem."""
+    word, _, more = status.partition(": ")
+    state = ProfileState(word)
+    if state is ProfileState.DONE and not well:
+        return f"{GAVE_UP}{more}"
+    words = HEALTH.get(state, status)
+    return f"{words}; {more}" if more and more not in words else words
+
+
+def health_of(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
+    """Return level, message and values of the diagnostics."""
+    message = HEALTH.get(run.state, run.status)
+    if run.why and run.state is ProfileState.DONE:
+        message = f"{GAVE_UP}{run.why}"
+    elif run.why and run.why not in message:
+        message += f"; {run.why}"
+    values = {
+        "state": run.state.value,
+        "status": run.status,
+        "speed commanded [rad/s]": f"{run.command:.9g}",
+    }
+    if run.execution is not None and run.state in (ProfileState.RUNNING, ProfileState.DONE):
+        values |= run.execution.values
+    return Level.WARN if run.why else Level.OK, message, values
+
+
+def progress_of(run: ProfileRun, elapsed: float) -> Progress:
+    """Return the feedback for a goal's client, with the time since the start [s]."""
+    assert run.execution is not None
+    estimates, (segment, segments) = run.execution.estimates, run.execution.segment
+    return Progress(run.status, segment, segments, run.command, elapsed, *estimates)
+
+
+def outcome_of(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:
+    """Return the result of a run for a goal's client.
+
+    Args:
+        run: run of the profile.
+        elapsed: time since its start [s].
+        first: beginning of the text.
+    """
+    why = f": {run.why}" if run.why and run.why not in run.status else ""
+    return Outcome(f"{first}{run.status}{why}", run.command, elapsed)
+
+
+FEEDBACK_PERIOD = 0.1
+"""Time between two feedback messages if the status does not change [s]."""
+GOODBYE = 1.0
+"""Longest time for the last result to be sent when the node exits [s]."""
+LINGER = 0.3
+"""Time for the last result to arrive at the client [s]."""
+
+
+class ProfileAction:
+    """Serves the action, one goal at a time; if its package is not built, logs this instead.
+
+    A goal that cannot be run is accepted and immediately aborted, because in ROS the refusal of a
+    goal has no text, but a result has. A goal whose client has exited is run to its end.
+
+    Args:
+        node: node that offers the action.
+        start: function that starts the profile of a goal, and returns the reason if it cannot.
+        cancel: function that ramps down, and returns whether a profile was running.
+    """
+
+    def __init__(
+        self, node: Node, start: Callable[[Asked], str], cancel: Callable[[], bool]
+    ) -> None:
+        self._node, self._start, self._cancel = node, start, cancel
+        self._goal: Goal | None = None
+        self._told, self._said = -math.inf, ""
+        self._left = threading.Event()
+        if (kind := actions.run_profile()) is None:
+            node.get_logger().info(actions.NOT_BUILT)
+            return
+        self._server = GoalServer(node, kind, actions.RUN, self._accepted, self._asked_to_cancel)
+
+    def tell(self, progress: Callable[[], Progress], status: str) -> None:
+        """Send feedback to the goal's client if it is due, or if the status has changed."""
+        now = time.monotonic()
+        anew = status != self._said
+        if self._goal is not None and (anew or now - self._told >= FEEDBACK_PERIOD):
+            self._told, self._said = now, status
+            self._goal.publish_feedback(actions.feedback_of(progress()))
+
+    def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:
+        """Set the result of the present goal, if there is one; ``well``: it has succeeded."""
+        goal, self._goal = self._goal, None
+        if goal is not None:
+            self._end(goal, well, outcome())
+            if (executor := self._node.executor) is not None:
+                executor.create_task(self._left.set)  # after the result has been sent
+
+    def end(self, outcome: Callable[[], Outcome]) -> None:
+        """End the present goal when the node exits; call it in another thread than callbacks."""
+        if self._goal is not None:
+            self._left.clear()
+            self.finish(False, outcome)
+            self._left.wait(GOODBYE)
+            # An answer is not acknowledged, and is lost if its sender exits too soon.
+            time.sleep(LINGER)
+
+    def _accepted(self, goal: Goal) -> None:
+        goal.execute()
+        refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
+        if not refusal:
+            # Set before the start, because the profile may end immediately.
+            self._goal, self._told = goal, -math.inf
+            if refusal := self._start(actions.asked_of(goal.request)):
+                self._goal = None
+        if refusal:
+            self._end(goal, False, Outcome(f"refused: {refusal}", 0.0, 0.0))
+
+    def _asked_to_cancel(self, goal: Goal) -> CancelResponse:
+        asked = self._goal is not None and goal.goal_id == self._goal.goal_id
+        return CancelResponse.ACCEPT if asked and self._cancel() else CancelResponse.REJECT
+
+    def _end(self, goal: Goal, well: bool, outcome: Outcome) -> None:
+        self._server.end(goal, well, actions.result_of(outcome))
+
+
+def _as_boards_have_it(topic: Topic, depth: int) -> Topic:
+    """Return a topic with best-effort reliability.
+
+    It matches best-effort publishers, such as boards' sensors, and reliable ones.
+    """
+    return topic._replace(qos=Qos(depth, reliable=False))
+
+
+VIBRATION = _as_boards_have_it(topics.VIBRATION, 100)
+SPINDLE = _as_boards_have_it(topics.JOINT_STATES, 100)
+
+IF_A_PROBE = (
+    "; without a scene, the profile's sensor is taken as an accelerometer: for a proximity probe, "
+    "name a scene that has it in probes"
+)
+
+
+class ProfileSubscriptions:
+    """Subscribes to the topics that profiles need, and passes samples to the profile in progress.
+
+    Args:
+        node: subscribing node.
+        execution: function that returns the profile in progress, or None; callbacks of the
+            subscriptions call it.
+        now: function that returns the time by the node's clock [s].
+    """
+
+    def __init__(
+        self, node: Node, execution: Callable[[], ProfileExecution | None], now: Callable[[], float]
+    ) -> None:
+        self._node, self._execution, self._now = node, execution, now
+        self._subscribed: set[str] = set()
+
+    def subscribe_to(self, inputs: ProfileInputs) -> None:
+        """Subscribe to the topics that a profile needs, and keep earlier subscriptions."""
+        if inputs.vibration:
+            self._subscribe(VIBRATION, self._vibration)
+        if inputs.sensor is not None:
+            receive = self._displacement if inputs.probe else self._reading
+            self._subscribe(_samples_of(inputs), receive)
+            self._subscribe(SPINDLE, self._spindle)
+
+    def missing(self, inputs: ProfileInputs) -> str:
+        """Return a text on a needed topic that no node publishes; empty if there is none."""
+        needed = {
+            "a segment of the profile waits for the vibration": [VIBRATION] * inputs.vibration,
+            "an adaptive start-up needs every sample of its sensor, and the spindle's angle": [
+                _samples_of(inputs),
+                SPINDLE,
+            ]
+            * (inputs.sensor is not None),
+        }
+        for why, wanted in needed.items():
+            for topic in wanted:
+                if topic.publishers(self._node) == 0:
+                    name = self._node.resolve_topic_name(topic.name)
+                    probe = "" if inputs.probe or inputs.sensor is None else IF_A_PROBE
+                    return f"no node publishes {name}, and {why}{probe}"
+        return ""
+
+    def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
+        if topic.name not in self._subscribed:
+            self._subscribed.add(topic.name)
+            topic.subscription(self._node, callback)
+
+    def _vibration(self, message: Any) -> None:
+        execution = self._execution()
+        if isinstance(execution, SegmentsExecution):
+            sample = topics.VIBRATION.sample(message)
+            execution.receive(self._now(), sample.frame, sample.time, sample.linear)
+
+    def _spindle(self, message: Any) -> None:
+        execution = self._execution()
+        if isinstance(execution, AdaptiveExecution):
+            if (spindle := spindle_of(message)) is not None:
+                execution.spindle(SpindleSample(*spindle))
+
+    def _reading(self, message: Any) -> None:
+        execution = self._execution()
+        if isinstance(execution, AdaptiveExecution):
+            sample = topics.IMU.sample(message)
+            execution.reading(Reading(sample.time, *sample.force[:2]))
+
+    def _displacement(self, message: Any) -> None:
+        execution = self._execution()
+        if isinstance(execution, AdaptiveExecution):
+            sample = topics.PROBE.sample(message)
+            execution.reading(Reading(sample.time, *sample.place[:2]))
+
+
+def _samples_of(inputs: ProfileInputs) -> Topic:
+    topic_of = topics.probe_of if inputs.probe else topics.imu_of
+    topic = topic_of(inputs.sensor or "", first=inputs.first_sensor)
+    return _as_boards_have_it(topic, topic.qos.depth)
