@@ -5,7 +5,7 @@ import re
 from gallery.page import PageSection, Paper, Table
 from gallery.thesis import NAME, SOURCE, TITLE
 from gallery.thesis.head import counted, in_short
-from gallery.thesis.shown import NUMBERS, REFUTED, shown
+from gallery.thesis.shown import NUMBERS, OPEN, REFUTED, shown
 
 from tests.papers.thesis_page import PAGE, page_sections
 
@@ -29,13 +29,29 @@ def test_the_page_has_numbers_and_what_does_not_hold() -> None:
         ("2", "it settles", "yes", "holds"),
         ("3", "it is gone", "1.1 left", "does not hold: too heavy"),
         ("4", "it is gone", "1.2 left", "does not hold: too heavy"),
+        ("5", "force: about 2", "1.6 (ours: to 5%)", "undecided: by 15% no, by 20% it does"),
     )
     section = PageSection("1", (), (Table("t", columns, rows), Table("u", ("x",), (("y",),))))
-    _, (_, text, (numbers, refuted, other), _) = shown([PageSection("0"), section])
+    _, (_, text, (numbers, refuted, undecided, other), _) = shown([PageSection("0"), section])
     assert text == ("Of the statements without a number, 1 hold.",)
     assert (numbers.title, numbers.rows) == (NUMBERS, (("1", "peak W/e: 55", "54.6", "yes"),))
     assert (refuted.title, refuted.rows) == (REFUTED, (("3; 4", "it is gone", "too heavy"),))
+    assert (undecided.title, undecided.rows) == (
+        OPEN,
+        (("5", "force: about 2", "1.6", "by 15% no, by 20% it does"),),
+    )
     assert other.title == "u"
+
+
+def test_the_page_shows_both_readings_of_what_is_undecided() -> None:
+    """The order of chapter 6, 4.14 and 4.32 depend on what the thesis does not print."""
+    text = PAGE.read_text(encoding="utf-8").partition(f"**{OPEN}**")
+    rows = re.findall(r"^\| ([\d.(), a-z]+) \| .* \| .* \| (.+) \|$", text[2], re.M)
+    because = [(figure, why) for figure, why in rows if " not" in why]
+    assert {"4.14 (c)", "4.32", "6.3, 6.4", "6.4", "6.4 (c), 4.14"} <= {one for one, _ in because}
+    orders = [why for figure, why in because if figure in ("6.3, 6.4", "6.4")]
+    assert len(orders) == 3
+    assert all("it does not hold, with R = 12 mm" in why and " it does: " in why for why in orders)
 
 
 def test_only_verdicts_are_counted() -> None:

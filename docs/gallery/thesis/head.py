@@ -4,7 +4,8 @@ import re
 from collections.abc import Sequence
 
 from gallery.page import PageSection
-from gallery.thesis.claims import FAILS, HOLDS
+from gallery.thesis.claims import FAILS, HOLDS, UNDECIDED
+from gallery.thesis.five_balls import OTHERS_NAMED
 from gallery.thesis.ratios import FARTHER as DONE
 
 MATCHED, RULES, BARS = "Ours: balls that match", "Each rule over a range", "Whirl at 8000 rpm"
@@ -95,12 +96,15 @@ def _five_balls(sections: Sequence[PageSection]) -> str:
     (choices,) = re.findall(
         r"([\d.]+ to [\d.]+) times over", _ours(sections, "6.3 (b), (c)", "less with")
     )
+    _, _, draws, verdict = _row(sections, "6.3, 6.4", "means of ten")
+    order = f"{draws.split()[0]} of all draws of ten starts show the printed order"
+    if verdict.startswith(UNDECIDED):
+        order += f", {verdict.split(': ')[-1].split()[0]} with {OTHERS_NAMED}: it is undecided"
     return (
         f"5. With five colliding balls the hold at 2500 rpm changes the whirl by {-share:+.0%}, "
         f"and {choices} times if mass, damping, friction or drag is halved or doubled. The "
-        f"standard deviation of one start is {hold[5]} um at a mean of {hold[3]} um, so ten "
-        "starts do not show the printed order. Match the balls to the unbalance, and try many "
-        "starts."
+        f"standard deviation of one start is {hold[5]} um at a mean of {hold[3]} um. "
+        f"{order}. Match the balls to the unbalance, and try many starts."
     )
 
 

@@ -1,4 +1,4 @@
-"""The thesis page: published numbers beside ours, and the statements that do not hold.
+"""The thesis page: published numbers beside ours, statements that do not hold, and undecided ones.
 
 The report (``docs/papers/thesis.json``) has every statement with its verdict.
 """
@@ -7,9 +7,10 @@ import re
 from collections.abc import Sequence
 
 from gallery.page import PageSection, Table
-from gallery.thesis.claims import FAILS, HOLDS
+from gallery.thesis.claims import FAILS, HOLDS, UNDECIDED
 
 NUMBERS, REFUTED = "Published numbers", "Statements that do not hold"
+OPEN = "Undecided statements"
 """Titles of the tables."""
 CRITERION = re.compile(r" \((?:ours|the English): [^()]*(?:\([^()]*\)[^()]*)*\)")
 """A remark in brackets, which the report has."""
@@ -33,7 +34,7 @@ LONG = 14
 
 
 def shown(sections: Sequence[PageSection]) -> tuple[PageSection, ...]:
-    """Return the sections of the page, with two tables in place of all statements."""
+    """Return the sections of the page, with three tables in place of all statements."""
     head, *others = sections
     head = head._replace(text=(*head.text, EVERYTHING))
     return head, *(_shown(section) for section in others)
@@ -43,7 +44,9 @@ def _shown(section: PageSection) -> PageSection:
     judged = [table for table in section.tables if table.columns[-1] == "verdict"]
     if not judged:
         return section
-    rows = [row for table in judged for row in table.texts()]
+    every = [row for table in judged for row in table.texts()]
+    undecided = [row for row in every if row[-1].startswith(UNDECIDED)]
+    rows = [row for row in every if row not in undecided]
     numbers = [row for row in rows if _has_number(row[1])]
     others = [row for row in rows if not _has_number(row[1])]
     hold = sum(row[-1] == HOLDS for row in others)
@@ -53,6 +56,9 @@ def _shown(section: PageSection) -> PageSection:
         tables.append(Table(NUMBERS, columns, tuple(map(_number, numbers))))
     if refuted := _refuted(others):
         tables.append(Table(REFUTED, ("figure", "the thesis", "ours"), refuted))
+    if undecided:
+        columns = ("figure", "the thesis", "ours", "undecided because")
+        tables.append(Table(OPEN, columns, tuple(map(_open, undecided))))
     text = f"Of the statements without a number, {hold} hold."
     rest = [
         table for table in section.tables
@@ -74,6 +80,11 @@ def _number(row: list[str]) -> tuple[str, ...]:
     printed = CRITERION.sub("", printed).replace("about ", "")
     holds = {HOLDS: "yes"}.get(verdict, verdict.replace(FAILS, "no"))
     return figure, printed, CRITERION.sub("", ours), holds.partition(";")[0]
+
+
+def _open(row: list[str]) -> tuple[str, ...]:
+    figure, printed, ours, verdict = (CRITERION.sub("", cell) for cell in row)
+    return figure, printed, ours, verdict.removeprefix(f"{UNDECIDED}: ")
 
 
 def _refuted(rows: Sequence[list[str]]) -> tuple[tuple[str, ...], ...]:
