@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from ab_msgs_py import VibrationSample
-from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, PROFILE_STATUS, VIBRATION
+from ab_msgs_py import JointSample, VibrationSample
+from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, JOINT_STATES, PROFILE_STATUS, VIBRATION
 from ab_sim.base.errors import AbSimError, InputError, RecordingError
 from ab_sim.record.bags import Bag, BagWriter, import_bag
 from ab_sim.record.bags.contract import TYPES, encoded, offered_qos
@@ -215,6 +215,24 @@ def test_joints_of_a_simulated_clock_and_a_slower_sensor(finished: Path, tmp_pat
     last = np.maximum.accumulate(np.where(fresh, np.arange(150), -1))[first:]
     np.testing.assert_array_equal(heard[first:], felt[last], "and then what was said last")
     assert back.description["race_radius"] == 0.01
+
+
+@pytest.mark.parametrize("torque", [0.25, None])
+def test_the_motors_torque_is_read_unless_there_is_no_motor(
+    torque: float | None, tmp_path: Path
+) -> None:
+    """Without a motor the spindle's effort is NaN. Stamps of 6 years are a simulated clock."""
+    start = 200_000_000_000_000_000
+    samples = [
+        JointSample(start + row * 1_000_000, 0.1, 2.0, (), (), (), torque) for row in range(5)
+    ]
+    said = [("/joint_states", each.time, encoded(JOINT_STATES, each)) for each in samples]
+    _, back = imported(bag_of(tmp_path / "bag", said))
+    expected = ("angle", "speed") if torque is None else ("angle", "speed", "motor_torque")
+    assert back.channels == ("step", "time", *expected)
+    if torque is not None:
+        assert back["motor_torque"].tolist() == [torque] * 5
+    assert back["time"][0] == pytest.approx(2e8) and back.description["time_zero"] == 0
 
 
 def test_topics_match_whatever_quality_of_service_the_metadata_has(

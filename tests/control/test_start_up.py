@@ -76,6 +76,16 @@ def test_commands_keep_the_acceleration_and_lie_below_the_final_speed() -> None:
     assert start_up.state is State.ABORTED and start_up.words.startswith("aborted: the user asked")
 
 
+def test_later_dwells_try_four_distances_in_turn() -> None:
+    """The largest lag is 1, 1.25, 0.75 and 1.5, and 1 again in the fifth dwell after the first."""
+    start_up = StartUp(settings())
+    seen = start_up.observer
+    seen.known, seen.critical, seen.damping, seen.scale = 1.0, 100.0, 15.0, 1.0
+    for retries, lag in zip(range(1, 9), (1.0, 1.25, 0.75, 1.5) * 2, strict=True):
+        start_up._retries = float(retries)
+        assert start_up._goal() == pytest.approx(100.0 * math.sqrt(1.0 + 0.15 / lag), rel=1e-12)
+
+
 def test_each_decision_comes_once() -> None:
     told = settings()
     start_up, course = StartUp(told), Course(told)

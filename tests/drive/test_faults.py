@@ -209,6 +209,18 @@ def test_what_is_cleared_has_never_been(name: str) -> None:
     assert np.array_equal(places(other.run(200)), places(session.run(200)))
 
 
+def test_a_slipped_disc_returns_to_its_place_only_if_it_no_longer_slips(scene: Any) -> None:
+    session = spun(scene())
+    session.inject("disc slips 3")
+    session.run(300)
+    slipped, hub = session.drive.observe(), session.heard()["angle"][0]
+    assert hub - slipped.psi > 0.8
+    assert session.inject("disc slips 3", "ball_0 sticks").psi == slipped.psi
+    returned = session.inject()
+    assert returned.psi == pytest.approx(hub, abs=1e-12)
+    assert places(returned) == pytest.approx(places(slipped), abs=1e-12)
+
+
 def test_a_ball_that_is_given_back_lies_where_it_was_lost(scene: Any) -> None:
     session = spun(scene())
     lost = session.inject("ball_1 lost")
