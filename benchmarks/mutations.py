@@ -13,6 +13,7 @@ import importlib
 import json
 import linecache
 import os
+import random
 import re
 import resource
 import signal
@@ -51,6 +52,19 @@ ROOMS = {
     "command_path": ("ab_sim/nodes/command_path.py", ["tests/nodes/test_command_path.py"]),
     "pacing": ("ab_sim/nodes/pacing.py", ["tests/nodes/test_pacing.py"]),
     "inbox": ("ab_sim/nodes/inbox.py", ["tests/nodes/test_inbox.py"]),
+    "bags": ("ab_sim/record/bags/*.py", ["tests/bags", "-k", "not command"]),
+    "control": (
+        "ab_sim/control/*.py",
+        ["tests/control", "--ignore=tests/control/test_on_a_board.py"],
+    ),
+    "faults": (
+        "ab_sim/drive/faults/*.py",
+        ["tests/drive/test_faults.py", "tests/drive/test_faults_in_use.py"],
+    ),
+    "design": (
+        "ab_sim/design/*.py",
+        ["tests/design", "-k", "not grid and not cluster and not shared and not most_drives"],
+    ),
 }
 """Mutated files and arguments of pytest, by room."""
 OPERATORS = re.compile(
@@ -157,7 +171,7 @@ def main() -> None:
     parser.add_argument("rooms", nargs="*", metavar="ROOM", help=f"of {', '.join(ROOMS)}")
     parser.add_argument("--jobs", type=int, default=1, help="processes at once")
     parser.add_argument("--patience", type=int, default=120, help="CPU seconds for each")
-    parser.add_argument("--every", type=int, default=1, help="of so many mutants, try one")
+    parser.add_argument("--random", type=int, metavar="N", help="N random mutants of each room")
     parser.add_argument("--file", default="", help="only files whose path contains this")
     parser.add_argument("--again", type=Path, help="only what survived in this earlier --json")
     parser.add_argument("--json", type=Path, help="write every mutant's outcome there")
@@ -172,7 +186,9 @@ def main() -> None:
     for room in asked.rooms or ROOMS:
         pattern, tests = ROOMS[room]
         files = [path for path in sorted(Path().glob(pattern)) if asked.file in str(path)]
-        mutants = [mutant for path in files for mutant in mutants_of(path)][:: asked.every]
+        mutants = [mutant for path in files for mutant in mutants_of(path)]
+        if asked.random:
+            mutants = random.Random(0).sample(mutants, min(asked.random, len(mutants)))
         if before is not None:
             alive = {
                 (e["path"], e["operator"], e["occurrence"])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.record.bags.unfinished_bag import END, MAGIC, CompletedFile, torn_bytes
+from ab_sim.record.bags.unfinished_bag import END, MAGIC, CompletedFile, is_finished, torn_bytes
 
 
 def record(kind: int, content: bytes) -> bytes:
@@ -22,6 +22,6 @@ def test_a_record_that_ends_where_the_file_does_is_whole(
 ) -> None:
     file = tmp_path / "bag.mcap"
     file.write_bytes(MAGIC + whole + torn)
-    assert torn_bytes(file) == len(torn)
+    assert torn_bytes(file) == len(torn) and not is_finished(file)
     with CompletedFile(file).open("rb") as completed:
         assert completed.read() == MAGIC + whole + END
