@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import ab_sim as package
+from ab_sim.design.sizing.specification import MOST_BALLS
 from tests.cli.tool import PNG, ab_sim, refused
 
 DRIVE = (
@@ -26,6 +27,15 @@ def test_it_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert report["found"] and all(each["claim"] for each in report["claims"])
     assert package.load_scene(tmp_path / "sized.yaml").as_mapping() == report["scene"]
     assert (tmp_path / "size.png").read_bytes().startswith(PNG)
+
+
+def test_the_largest_number_of_balls_is_stated_in_help_page_and_refusal() -> None:
+    assert f"must be FROM..TO or a number, from 2 to {MOST_BALLS};" in refused(
+        "size", *DRIVE, *OF, "--balls", f"{MOST_BALLS}..{MOST_BALLS + 1}"
+    )
+    assert f"from 2 to {MOST_BALLS}." in " ".join(ab_sim("size", "--help").stdout.split())
+    page = Path(package.__file__).parents[1] / "docs" / "howto" / "size.md"
+    assert f"at most {MOST_BALLS} balls;" in page.read_text(encoding="utf-8")
 
 
 def test_where_nothing_can_be_sized_it_says_why(tmp_path: Path) -> None:

@@ -26,7 +26,12 @@ def runs_with(balanced: int, of: int = 100) -> SpreadRuns:
 
 
 def test_a_drive_is_sized_and_its_claims_hold(tmp_path: Path) -> None:
-    found = ab_sim.size(**DRIVE, balls=[5], runs=60)
+    told: list[tuple[str, int, int]] = []
+    found = ab_sim.size(**DRIVE, balls=[5], runs=60, seed=1, progress=lambda *now: told.append(now))
+    assert _stages(told) == {
+        "5 balls": 60, "drag lowest, 0.000392 N s/m": 60, "drag highest, 0.00273 N s/m": 60,
+        "drag far above, 0.0273 N s/m": 60,
+    }  # fmt: skip
     assert found.found and found.hold is None and found.scene is not None
     verdicts = [claim.verdict for claim in found.claims]
     assert CONTRADICTED not in verdicts and verdicts.count(HOLDS) >= 7, found.claims
@@ -43,6 +48,17 @@ def test_a_drive_is_sized_and_its_claims_hold(tmp_path: Path) -> None:
     assert scene.rotor.eccentricity * scene.eccentric_mass == pytest.approx(3e-6)
     assert ab_sim.simulate(scene).metrics["residual_unbalance"] < 0.1
     assert "balls 5" in repr(found) and len(found.plot().axes) == 2
+
+
+def _stages(told: list[tuple[str, int, int]]) -> dict[str, int]:
+    """Return the runs of each stage; each reports some runs before all, and then all."""
+    stages: dict[str, list[tuple[int, int]]] = {}
+    for what, done, total in told:
+        stages.setdefault(what.partition(": ")[0], []).append((done, total))
+    for counts in stages.values():
+        assert any(0 < done < total for done, total in counts), counts
+        assert counts[-1][0] == counts[-1][1], counts
+    return {stage: counts[-1][1] for stage, counts in stages.items()}
 
 
 def test_outside_the_window_too_few_are_in_time() -> None:
