@@ -48,6 +48,9 @@ def test_reports_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
     for words in ("peak W", "residual unbalance", "once per turn", "torn: incomplete: its last"):
         assert words in done.stdout, words
     assert "stranger: has no metrics" in done.stdout
+    # The log of a run, not the events that a stepper locates.
+    assert re.search(r"^\W*log entries\W+0\W+0\W+0\W+0\W*$", done.stdout, re.M)
+    assert not re.search(r"^\W*events\b", done.stdout, re.M)
     assert (tmp_path / "r.png").read_bytes().startswith(PNG)
     page = (tmp_path / "r.html").read_text()
     assert len(page) < 10_000_000 and page.count("plotly-graph-div") > 20

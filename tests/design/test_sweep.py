@@ -172,6 +172,17 @@ def test_circulating_balls_are_an_outcome() -> None:
     assert found.best("final_whirl_over_e") != 0
 
 
+@pytest.mark.parametrize(("masses", "best"), [("0.1 g,0.6 g", 1), ("0.1 g,0.2 g", 0)])
+def test_the_best_start_up_time_is_of_a_balanced_run_if_there_is_one(
+    masses: str, best: int
+) -> None:
+    """Balls that are too light settle sooner, and leave most of the unbalance."""
+    found = swept("balanced-start-up", (f"balls.mass={masses}",), None, metrics=("start_up_time",))
+    times = found["start_up_time"]
+    assert times[0] < times[1]
+    assert found.best("start_up_time") == best
+
+
 def test_it_comes_back_from_its_file(tmp_path: Path) -> None:
     texts = (
         "start.ball_angles=[[0, 1], [2, 3]]",
