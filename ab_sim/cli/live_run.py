@@ -71,7 +71,7 @@ class LiveRun:
         self._nodes: dict[str, Mapping[str, str]] = {}
         if scene.profile is not None:
             # The drive stands still until it has received the profile.
-            controller = {"profile": source, "use_sim_time": "true", "lead_time": "0.0", **what}
+            controller = {"profile": source, "use_sim_time": "true", **what}
             if scene.profile.kind == "adaptive":
                 controller["command_rate"] = repr(1.0 / scene.profile.command_period)
             self._nodes[CONTROLLER] = controller

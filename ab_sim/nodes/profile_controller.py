@@ -97,7 +97,8 @@ PROFILE_PARAMETERS = (
         "lead_time",
         0.1,
         "simulated time from ~/start to the beginning of a profile that is sent as a trajectory, "
-        "which must reach the drive within this time; 0 for a drive whose time is paused",
+        "which must reach the drive within this time; at t = 0, before the drive runs, the profile "
+        "begins at 0",
         "s",
         (0.0, 10.0),
         fixed=True,
@@ -335,7 +336,8 @@ class ProfileController(BaseNode):
         if not (self._simulated and schedule and self._drive_takes_trajectories()):
             schedule = None
         now = self._now
-        begin = now if schedule is None else now + round(self._lead * 1e9)
+        # At t = 0 the drive is paused: a trajectory from 0 on arrives in time.
+        begin = now if schedule is None or now == 0 else now + round(self._lead * 1e9)
         if refusal := self._timed.start(now, plan, self._silence, slope, begin):
             return refusal
         self._sent, self._late = None, 0
