@@ -125,7 +125,7 @@ class ProfileRun:
         """Command standstill at once, because there is no motion left to ramp down."""
         self.why = why
         self.command = 0.0
-        self._enter(ProfileState.ABORTED)
+        self._enter(ProfileState.ABORTED, why)
 
     def tick(self, now: float) -> float | None:
         """Run one period; return the speed to command now [rad/s], or None for no command."""
