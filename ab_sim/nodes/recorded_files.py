@@ -260,6 +260,11 @@ class RecordedFiles:
         if waiting and time.monotonic() - self._tried >= RETRY:
             self._open()
 
+    def conclude_shown(self) -> None:
+        """Show the final values at the end of a drive, which may start again."""
+        if self._shown is not None:
+            self._show(lambda recording: recording.conclude())
+
     def close(self) -> None:
         """Close the file, if there is one."""
         self._write(lambda recording: recording.close())

@@ -126,6 +126,8 @@ class Recorder(BaseNode):
         )
         self._description: dict[str, Any] | None = None
         self._time = 0.0
+        self._drive_ended: int | None = None
+        """Time of a drive's last step [ns], until its samples have arrived; None: it runs."""
         self._levels: dict[str, Level] = {}
         self._malformed = 0
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
@@ -239,6 +241,9 @@ class Recorder(BaseNode):
                 self._malformed += 1
                 self._ignored[name] = self._ignored.get(name, (0, ""))[0] + 1, str(error)
         self._files.flush()
+        if self._drive_ended is not None and self._time_ns >= self._drive_ended:
+            self._drive_ended = None
+            self._files.conclude_shown()
 
     def _write_description(self, description: dict[str, Any]) -> None:
         try:
@@ -267,6 +272,8 @@ class Recorder(BaseNode):
         for health in entries:
             if health.namespace != self.get_namespace():
                 continue
+            if health.task is Task.DRIVE:
+                self._drive_ended = health.time if health.message == ENDED else None
             if parameters := health.values.get(PARAMETERS):
                 text = f"{health.node.rpartition('/')[2]}: {PARAMETERS}: {parameters}"
                 self._files.standing(health.node, self._time, text, PARAMETERS)
@@ -300,6 +307,10 @@ class Recorder(BaseNode):
         # Parameters are recorded from the diagnostics, which also late recorders receive.
         if not text.startswith(f"{PARAMETERS}: "):
             self._files.event(self._time, f"{node}: {text}", level, "log")
+
+    @property
+    def _time_ns(self) -> int:
+        return round(self._time * 1e9)
 
     def _state(self) -> str:
         return "recording" if self._description is not None else "waiting for a drive"
@@ -338,7 +349,7 @@ class Recorder(BaseNode):
         if failed or files.trouble:
             level, text = Level.ERROR, files.trouble if files.trouble and not failed else text
         texts = {key: str(value) for key, value in values.items()}
-        self._diagnostics.publish(level, text, texts, round(self._time * 1e9))
+        self._diagnostics.publish(level, text, texts, self._time_ns)
         for topic, (count, last) in self._ignored.items():
             self.get_logger().warning(f"ignored {count} messages on {topic}, the last one: {last}")
         self._ignored.clear()

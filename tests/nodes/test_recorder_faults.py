@@ -14,7 +14,7 @@ import pytest
 
 from ab_sim.base.errors import RecordingError
 from tests.recorded import read_recording
-from tests.recording.runs import describe, run
+from tests.recording.runs import describe, run, still
 
 if TYPE_CHECKING:
     from subprocess import Popen
@@ -97,6 +97,23 @@ def test_no_screen_no_viewer_there_and_no_file_kept(
     assert file.exists()
     assert fleet.stop("recorder") == 0
     assert not file.parent.exists()
+
+
+def about(file: Path) -> str:
+    """Return the newest text next to the drawings."""
+    return str(still(file, "/about", "TextDocument:text")[-1])
+
+
+def test_final_values_are_shown_when_the_drive_has_ended(fleet: "Fleet", tmp_path: Path) -> None:
+    """While the recorder and its page go on."""
+    recorder = start(fleet, path=tmp_path / "run.rrd", view="web")
+    wait_for_samples(fleet)
+    opened = [file.resolve() for file in Path(f"/proc/{recorder.pid}/fd").iterdir()]
+    [shown] = {file for file in opened if file.parent.name.startswith("ab_sim-live-")}
+    assert "At the end" not in about(shown)
+    assert fleet.stop("drive_sim") == 0
+    fleet.until(lambda: "**At the end**: W/e = " in about(shown), "the page has the final whirl")
+    assert fleet.stop("recorder") == 0
 
 
 # --- the disk -------------------------------------------------------------------------------

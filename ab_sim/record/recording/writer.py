@@ -286,17 +286,22 @@ class Recording:
         if self.rows:
             self.missing = int(self.last_step - self._first_step) + 1 - self.rows
 
+    def conclude(self) -> None:
+        """Send the collected data and the final values; more samples may follow."""
+        self._slow_until = -np.inf
+        self.flush()
+        for entity, archetype in self._view.conclusion():
+            self._static(entity, archetype)
+        self.flush()
+
     def close(self) -> None:
         """Write the remaining data and the end mark; if closed, or after an error, do nothing."""
         if self._closed or self._error:
             return
         self._keep(*self._decimation.rest())
-        self._slow_until = -np.inf
         if not self._channels:
             self._send_layout()
-        self.flush()
-        for entity, archetype in self._view.conclusion():
-            self._static(entity, archetype)
+        self.conclude()
         if self._followed:
             self._followed = False
             self._send_layout()
