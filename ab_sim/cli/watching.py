@@ -58,8 +58,9 @@ def start_run(live: "LiveRun", view: str, now: bool) -> None:
     recorder = live.health("recorder")
     if "viewer" in recorder:
         state = recorder["viewer state"]
-        what = "watch it at" if state == SHOWING else f"cannot be watched, {state}:"
-        console.print(f"{what} {recorder['viewer']}", soft_wrap=True)
+        is_shown = state == SHOWING
+        words = f"watch it at {recorder['viewer']}" if is_shown else f"cannot be watched: {state}"
+        console.print(words, soft_wrap=True)
     if view == WEB and not now:
         _wait_for_page(live)
     live.start()

@@ -1,5 +1,6 @@
 """`ab-sim live` and `ab-sim view`, whole: real nodes, a real viewer, an orderly end."""
 
+import json
 import os
 import re
 import shutil
@@ -121,6 +122,26 @@ def test_counts_again_after_a_reset_and_ends_in_order(
     assert factor is not None and float(factor[1]) > 0.5, "not 2 s of 5 s"
     assert "wrote recordings" in live.said
     assert "Traceback" not in live.said and "interrupted" not in live.said
+
+
+@pytest.mark.ros
+def test_unwatched_and_started_again_after_a_reset(commands: list[Command], tmp_path: Path) -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    nobody = "rerun+http://127.0.0.1:9/proxy"
+    live = Command("live", "balanced-start-up", "--for", "3600", "--view", nobody, cwd=tmp_path)
+    commands.append(live)
+    assert live.until("cannot be watched") == f"cannot be watched: nobody is there at {nobody}\n"
+    live.until("running: segment 2")
+    for word in ("reset", "pause"):
+        done = ab_sim("node", word, "--wait", "60")
+        assert done.returncode == 0, done.stderr
+    time = 1e-9 * json.loads(ab_sim("node", "step", "--wait", "60").stdout)["sim_time_ns"]
+    started = ab_sim("node", "start", "--wait", "60").stdout
+    assert started == f"started at t = {time + 0.1:g} s\n", "so that it arrives in time"
+    assert ab_sim("node", "resume", "--wait", "60").returncode == 0
+    live.until("running: segment 2")
+    assert live.end() == 0
+    assert "commands rejected 0" in live.said
 
 
 @pytest.mark.ros
