@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.analysis.accuracy_cost import accuracy_cost
-    from ab_sim.analysis.comparison import compare_run
     from ab_sim.analysis.effect_cost import effect_cost
     from ab_sim.analysis.metrics.of_run import metrics_of
     from ab_sim.analysis.metrics.registered import register_metric
+    from ab_sim.analysis.offline import compare_run
     from ab_sim.api.c_code import write_c, write_fmu
     from ab_sim.api.design import robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
@@ -106,7 +106,7 @@ __all__ = [
 # Except `results`, no name may equal that of a module in this package: importing that module would
 # replace the public name (`ab_sim.drive.accuracy` is a package). A test checks this.
 _MODULES = {
-    "analysis.comparison": ("compare_run",),
+    "analysis.offline": ("compare_run",),
     "analysis.metrics.of_run": ("metrics_of",),
     "analysis.metrics.registered": ("register_metric",),
     "api.c_code": ("write_c", "write_fmu"),

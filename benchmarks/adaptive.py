@@ -50,8 +50,8 @@ from adaptive_pictures import demo_picture, strategies_picture  # noqa: E402
 from arguments import arguments  # noqa: E402
 
 import ab_sim  # noqa: E402
-from ab_sim.analysis.adaptive import net_unbalance  # noqa: E402
 from ab_sim.analysis.effect_cost import conditions  # noqa: E402
+from ab_sim.analysis.startup import net_unbalance  # noqa: E402
 from ab_sim.control import StartUp  # noqa: E402
 from tests.control.in_c import InC, compiled  # noqa: E402
 

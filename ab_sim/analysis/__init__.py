@@ -1,9 +1,8 @@
 """Offline runs of a scene, alone or compared, with their metrics and further analyses."""
 
-from ab_sim.analysis.compared import Compared, Comparison
-from ab_sim.analysis.comparison import compare_run, without_balls, without_period
+from ab_sim.analysis.comparison import Compared, Comparison, without_balls, without_period
 from ab_sim.analysis.metrics import Metrics, metrics_of, metrics_of_blocks
-from ab_sim.analysis.offline import OfflineRun, run_scene
+from ab_sim.analysis.offline import OfflineRun, compare_run, run_scene
 from ab_sim.analysis.replay import replay
 from ab_sim.analysis.startup import (
     first_passage_of_opposite,

@@ -22,7 +22,7 @@ from ab_sim.analysis.circulating import (
     stalled,
     why_not,
 )
-from ab_sim.analysis.equilibria.resting import LEFT_OUT
+from ab_sim.analysis.equilibria.resting import without_events
 from ab_sim.analysis.floquet.circulating import CirculatingSolution, circulating_solution
 from ab_sim.base.errors import SceneError
 from ab_sim.scene.model import Scene
@@ -134,9 +134,8 @@ def _confirmed(scene: Scene, drive: BunchDrive, speed: float, count: int) -> Coe
 
 def _exact(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
     """Return the exact solution without friction; None if none is found near the bunch."""
-    effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
     try:
-        solution = circulating_solution(scene.model_copy(update={"effects": effects}), bunch)
+        solution = circulating_solution(without_events(scene), bunch)
     except SceneError:
         return None  # a turn of the spindle takes too many steps
     if solution is None or abs(solution.speed - bunch.speed) > NEAR * abs(bunch.speed):

@@ -1,51 +1,78 @@
-"""Comparison of a run with runs without balls and without a variable-speed period."""
+"""Runs for comparison: scenes without balls or without the variable-speed period, and results."""
 
-from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from ab_sim.analysis.compared import Compared, Comparison
-from ab_sim.analysis.offline import OfflineRun, run_scene
-from ab_sim.analysis.rest import from_rest
-from ab_sim.base.errors import AbSimError
-from ab_sim.drive import Drive
-from ab_sim.drive.trajectory import Trajectory
+import numpy as np
+
+from ab_sim.analysis.metrics.declared import Metrics
+from ab_sim.analysis.metrics.metric import Metric, reported_metrics
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 
-def compare_run(
-    run: OfflineRun, progress: Callable[[Drive, Trajectory], None] | None = None
-) -> Comparison:
-    """Run again without the balls, and without the variable-speed period.
+class Compared(NamedTuple):
+    """Results of one run for comparison."""
 
-    Parameters
-    ----------
-    run : OfflineRun
-        Run to compare with. The others have the same duration, stepper and step.
-    progress : callable, optional
-        Called with the drive and its newest samples, as each run advances.
+    metrics: Metrics
+    time: np.ndarray
+    """Times [s], shape (samples,)."""
+    whirl: np.ndarray
+    """Whirl [m], shape (samples,)."""
+    speed: np.ndarray
+    """Spindle speed [rad/s], shape (samples,)."""
 
-    Returns
-    -------
-    Comparison
-        ``without_balls`` (also without their mass) and ``without_period``: time [s], whirl [m],
-        speed [rad/s], each of shape (samples,), and metrics. Instead, the error message of a run
-        that failed, or None if the scene has nothing to leave out.
 
-    Examples
-    --------
-    >>> import ab_sim
-    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
-    >>> comparison = ab_sim.compare_run(run)
-    >>> round(comparison.relative_whirl(run.metrics), 1)  # with balls / without balls
-    3.1
-    >>> picture = run.plot(comparison)  # what `ab-sim run --plot` draws
+class Comparison(NamedTuple):
+    """Runs for comparison; each is None if the scene has nothing to leave out."""
+
+    without_period: Compared | str | None
+    """Run without the variable-speed period, or the error message if it failed."""
+    without_balls: Compared | str | None
+    """Run without balls, or the error message if it failed.
+
+    The balls and their mass are removed. The suspended mass is M - sum m_i, and the unbalance M0 e
+    remains.
     """
-    period = balls = None
-    if run.variable_speed_period is not None:
-        period = _beside(run, without_period, progress)
-    if run.scene.balls.count:
-        balls = _beside(run, without_balls, progress)
-    return Comparison(period, balls)
+
+    def by_name(self) -> dict[str, Compared | str]:
+        """Return the available runs by their display names."""
+        named = {
+            "without variable-speed period": self.without_period,
+            "without balls": self.without_balls,
+        }
+        return {name: run for name, run in named.items() if run is not None}
+
+    def relative_whirl(self, metrics: Metrics) -> float | None:
+        """Return a run's final whirl relative to the run without balls; None if unavailable."""
+        return self.relative(Metrics.final_whirl, metrics)
+
+    def relative(self, metric: Metric[float], metrics: Metrics) -> float | None:
+        """Return a metric relative to the run without balls; None if unavailable."""
+        alone = self.without_balls
+        if not isinstance(alone, Compared) or alone.metrics.of(metric) == 0:
+            return None
+        return metrics.of(metric) / alone.metrics.of(metric)
+
+    def report(self, metrics: Metrics, eccentricity: float) -> dict[str, object]:
+        """Return JSON-able values to add to the report of the run with ``metrics``."""
+        runs: dict[str, Any] = {
+            "without_variable_speed_period": self.without_period,
+            "without_balls": self.without_balls,
+        }
+        for name, run in runs.items():
+            if isinstance(run, Compared):
+                runs[name] = {**run.metrics.report(eccentricity), **self._shares(run.metrics)}
+            elif run is not None:
+                runs[name] = {"failure": run}
+        return {**self._shares(metrics), **runs}
+
+    def _shares(self, metrics: Metrics) -> dict[str, float | None]:
+        """Return the metrics relative to the run without balls, by key."""
+        return {
+            metric.relative.key: self.relative(metric, metrics)
+            for metric in reported_metrics()
+            if metric.relative is not None
+        }
 
 
 def without_period(scene: Scene) -> Scene:
@@ -73,19 +100,3 @@ def without_balls(scene: Scene) -> Scene:
     if scene.rotor.total_mass is not None:
         changes["rotor.total_mass"] = None
     return changed_scene(scene.planned, changes, what)
-
-
-def _beside(
-    run: OfflineRun,
-    change: Callable[[Scene], Scene],
-    progress: Callable[[Drive, Trajectory], None] | None,
-) -> Compared | str:
-    duration = float(run.trajectory["time"][-1])
-    same = {"solver.stepper": run.stepper, "duration": duration}
-    try:
-        scene = changed_scene(change(run.scene), same, "compared run")
-        other = run_scene(scene, progress=progress)
-    except AbSimError as error:
-        return str(error)
-    path = from_rest(other.trajectory, other.scene)
-    return Compared(other.metrics, path["time"].copy(), path.whirl, path["speed"].copy())

@@ -1,9 +1,12 @@
 """Equations of motion of a scene at constant spindle speed."""
 
+import numpy as np
+
 from ab_sim.base.errors import InputError, SceneError, exact
 from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.model.dynamics.system import has_motor
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import System, has_motor
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
 
@@ -62,3 +65,18 @@ def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
         )
     scheduled = SpeedSchedule.constant(speed, angle).segment_at(0.0)
     return VectorField(system, scheduled, start_discrete_state(scene, system))
+
+
+def state_scale(system: System, length: float, speed: float) -> np.ndarray:
+    """Return magnitudes of the states, shape (states,).
+
+    Args:
+        system: system of equations.
+        length: magnitude of the deck's displacement [m].
+        speed: spindle speed w [rad/s], of either sign.
+    """
+    layout = layout_of(system)
+    scale = np.ones(layout.size)
+    scale[layout.deck] = system.deck_model.scale(length, abs(speed))
+    scale[layout.rates] = abs(speed)
+    return scale

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ab_sim
-from ab_sim.analysis.adaptive import AdaptiveOutcome
-from ab_sim.analysis.compared import Comparison
+from ab_sim.analysis.comparison import Compared, Comparison, without_balls, without_period
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest
-from ab_sim.base.errors import InputError, exact
+from ab_sim.analysis.startup import AdaptiveOutcome
+from ab_sim.base.errors import AbSimError, InputError, exact
 from ab_sim.base.presentation import LAST, Columns, Presented, Progress, drawn, ends, number
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import WorkPrecision, resolve_accuracy
@@ -23,6 +23,7 @@ from ab_sim.drive.controller import TimedDecision
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.drive.turn_vector import PHASE, SIZE, once_per_turn
+from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -213,6 +214,58 @@ def run_scene(
         AdaptiveOutcome.of(controller) if isinstance(controller, AdaptiveController) else None,
         None if controller is None else controller.aborted,
     )
+
+
+def compare_run(
+    run: OfflineRun, progress: Callable[[Drive, Trajectory], None] | None = None
+) -> Comparison:
+    """Run again without the balls, and without the variable-speed period.
+
+    Parameters
+    ----------
+    run : OfflineRun
+        Run to compare with. The others have the same duration, stepper and step.
+    progress : callable, optional
+        Called with the drive and its newest samples, as each run advances.
+
+    Returns
+    -------
+    Comparison
+        ``without_balls`` (also without their mass) and ``without_period``: time [s], whirl [m],
+        speed [rad/s], each of shape (samples,), and metrics. Instead, the error message of a run
+        that failed, or None if the scene has nothing to leave out.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
+    >>> comparison = ab_sim.compare_run(run)
+    >>> round(comparison.relative_whirl(run.metrics), 1)  # with balls / without balls
+    3.1
+    >>> picture = run.plot(comparison)  # what `ab-sim run --plot` draws
+    """
+    period = balls = None
+    if run.variable_speed_period is not None:
+        period = _beside(run, without_period, progress)
+    if run.scene.balls.count:
+        balls = _beside(run, without_balls, progress)
+    return Comparison(period, balls)
+
+
+def _beside(
+    run: OfflineRun,
+    change: Callable[[Scene], Scene],
+    progress: Callable[[Drive, Trajectory], None] | None,
+) -> Compared | str:
+    duration = float(run.trajectory["time"][-1])
+    same = {"solver.stepper": run.stepper, "duration": duration}
+    try:
+        scene = changed_scene(change(run.scene), same, "compared run")
+        other = run_scene(scene, progress=progress)
+    except AbSimError as error:
+        return str(error)
+    path = from_rest(other.trajectory, other.scene)
+    return Compared(other.metrics, path["time"].copy(), path.whirl, path["speed"].copy())
 
 
 def _decided(decided: TimedDecision) -> dict[str, Any]:

@@ -9,9 +9,7 @@ from ab_sim.analysis.equilibria import Equilibria, equilibria_of, kept_branches
 from ab_sim.analysis.floquet import STARTS, Followed, follow, held_speed, solutions_of
 from ab_sim.analysis.held_speed import as_speed
 from ab_sim.analysis.modes import NaturalVibration, vibration_of
-from ab_sim.analysis.recovery import RecoveryOverDrag, recovery_over_drag
-from ab_sim.analysis.recovery.over_drag import DRAGS
-from ab_sim.analysis.recovery.response import BAND
+from ab_sim.analysis.recovery import BAND, DRAGS, RecoveryOverDrag, recovery_over_drag
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress

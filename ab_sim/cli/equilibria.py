@@ -24,7 +24,7 @@ from ab_sim.analysis.equilibria import (
     settles,
     sticking,
 )
-from ab_sim.analysis.equilibria.extremes import ALL
+from ab_sim.analysis.equilibria.balanced import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches

@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 from rich.table import Table
 
-from ab_sim.analysis.start_state import start_from
+from ab_sim.analysis.replay import start_from
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.files import PAGE, PNG
 from ab_sim.base.presentation import Progress

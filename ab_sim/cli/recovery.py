@@ -7,12 +7,12 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.analysis.recovery import (
+    LONGEST,
     Recovery,
     RecoveryOverDrag,
     composite_of,
     recovery_over_drag,
 )
-from ab_sim.analysis.recovery.response import LONGEST
 from ab_sim.base.errors import InputError
 from ab_sim.base.numbers import number_in, whole_number_in
 from ab_sim.base.presentation import Progress

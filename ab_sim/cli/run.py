@@ -9,10 +9,10 @@ from typing import Any
 from rich.table import Table
 
 from ab_sim.analysis import Compared, Comparison, Metrics, OfflineRun, compare_run, run_scene
-from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
 from ab_sim.analysis.metrics.metric import Display, Metric, Row
 from ab_sim.analysis.metrics.wording import ANGULAR_SPEED, number_text, speed_text
+from ab_sim.analysis.startup import net_unbalance
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.files import RECORDING
 from ab_sim.base.numbers import number_in

@@ -6,14 +6,20 @@ from typing import Any
 
 from rich.table import Table
 
-from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED
+from ab_sim.analysis.equilibria.balanced import ALL, SAMPLED
 from ab_sim.analysis.held_speed import last_speed
-from ab_sim.analysis.maps.balls import BallCountComparison, StableShares, plane_with_balls
-from ab_sim.analysis.maps.circulation import CIRCULATES, NOT_KNOWN
-from ab_sim.analysis.maps.family import Family, family, members, values_of
+from ab_sim.analysis.maps.family import (
+    BallCountComparison,
+    Family,
+    StableShares,
+    family,
+    members,
+    plane_with_balls,
+    values_of,
+)
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
-from ab_sim.analysis.maps.verdicts import name_of
+from ab_sim.analysis.maps.verdicts import CIRCULATES, NOT_KNOWN, name_of
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import KEPT

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.judging import limits_of
 from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.analysis.result_cache import PointCheckpoint
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.base.presentation import Column, Columns, Presented, Progress, number
 from ab_sim.base.workers import Workers
@@ -178,7 +178,7 @@ def basin(
     points = [(i, j) for i, j in pairs if not alike or i <= j]
     numbers = {"count": count}
     ends: dict[Point, list[Any]] = {}
-    with Workers(workers) as pool, PointCheckpoint(basin_points, scene, numbers) as kept:
+    with Workers(workers) as pool, PointCheckpoint(basin, scene, numbers) as kept:
 
         def run(wanted: Sequence[Point]) -> Any:
             # Resolve an accuracy once here, not in each part of the work.
@@ -192,16 +192,6 @@ def basin(
         tuple(_end(*(ends.get((i, j)) or ends[j, i])) for j in range(count)) for i in range(count)
     ]
     return Basin(scene, angles, tuple(rows))
-
-
-def basin_points(scene: Scene, count: int) -> dict[str, Any]:
-    """Return [row, column, outcome] of all starts, in the form that checkpoints store.
-
-    Args:
-        scene, count: as in ``basin``.
-    """
-    points = list(itertools.product(range(count), range(count)))
-    return {"points": [[*p, e] for p, e in zip(points, _ends(scene, count, points), strict=True)]}
 
 
 def _check(scene: Scene, count: int) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 import pyarrow
 from pyarrow import parquet
 
-from ab_sim.analysis.results import Results
+from ab_sim.analysis.result_cache import ResultCache
 from ab_sim.base.errors import InputError, visible
 from ab_sim.base.files import lock, write_whole
 from ab_sim.design.judged import RUN, Job, judged, modules_of
@@ -37,7 +37,7 @@ class Parts:
 
     def __init__(self, job: Job, points: dict[str, Any]) -> None:
         numbers = {"keys": list(job.keys), "metrics": list(job.metrics), "points": points}
-        self._folder = Results(judged).folder_of(job.scene, modules_of(job), **numbers)
+        self._folder = ResultCache(judged).folder_of(job.scene, modules_of(job), **numbers)
         self._lock: int | None = None
         self._complained = False
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import ab_sim
-from ab_sim.analysis.results import sources_and_versions
+from ab_sim.analysis.result_cache import sources_and_versions
 from ab_sim.base.sources import NotOfSources
 
 Thing = TypeVar("Thing")

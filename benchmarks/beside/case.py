@@ -8,10 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.accuracy_cost.collocation import collocate, step_for
-from ab_sim.analysis.accuracy_cost.reference import Reference, smooth_reference
-from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.analysis.accuracy_cost.sampling import SampleTimes
+from ab_sim.analysis.accuracy_cost.problem import RightHandSide, SampleTimes
+from ab_sim.analysis.accuracy_cost.reference import Reference, collocate, smooth_reference, step_for
 from ab_sim.drive.accuracy.deviation import Samples, deviation
 from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.sums import over_effects

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.accuracy_cost.methods import FailedError
-from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.analysis.accuracy_cost.problem import RightHandSide
 from ab_sim.engine.integrate.steppers.rk8 import RK8
 from ab_sim.model.spindle.speed_laws import Ramp
 from ab_sim.scene import Scene

@@ -4,11 +4,15 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
-from ab_sim.analysis.accuracy_cost.cvode_peer import cvode_solvers
-from ab_sim.analysis.accuracy_cost.methods import MeasuredMethod
+from ab_sim.analysis.accuracy_cost.methods import (
+    ByTolerance,
+    LegSolver,
+    MeasuredMethod,
+    cvode_solvers,
+    dop853,
+    lsoda,
+)
 from ab_sim.analysis.accuracy_cost.mujoco_peer import MuJoCo
-from ab_sim.analysis.accuracy_cost.scipy_peers import dop853, lsoda
-from ab_sim.analysis.accuracy_cost.tolerance import ByTolerance, LegSolver
 from beside.case import SAMPLING, Case
 from beside.turns import AbsentError, Family, Maker, timed
 

@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 from c_kernels import FLAGS, CDrive, compiler
 
-from ab_sim.analysis.accuracy_cost.methods import FailedError
-from ab_sim.analysis.accuracy_cost.tolerance import ABSOLUTE
+from ab_sim.analysis.accuracy_cost.methods import ABSOLUTE, FailedError
 from beside.case import SAMPLING, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
 from beside.width import for_compilers

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from ab_sim.analysis import results
-from ab_sim.analysis.results import Results
+from ab_sim.analysis import result_cache
+from ab_sim.analysis.result_cache import ResultCache
 from ab_sim.scene import Scene, load_scene
 
 CALLS: list[Any] = []
@@ -25,9 +25,9 @@ def moments(scene: Scene, drags: list[float]) -> dict[str, Any]:
 
 
 @pytest.fixture
-def kept(tmp_path: Path) -> Results:
+def kept(tmp_path: Path) -> ResultCache:
     CALLS.clear()
-    return Results(moments, tmp_path)
+    return ResultCache(moments, tmp_path)
 
 
 def only_file(folder: Path) -> Path:
@@ -35,10 +35,10 @@ def only_file(folder: Path) -> Path:
     return file
 
 
-def test_the_second_time_nothing_is_computed(kept: Results, tmp_path: Path) -> None:
+def test_the_second_time_nothing_is_computed(kept: ResultCache, tmp_path: Path) -> None:
     scene = load_scene("nsc-case-1")
     first = kept.of(scene, drags=[0.1, 0.2])
-    again = Results(moments, tmp_path).of(load_scene("nsc-case-1"), drags=[0.1, 0.2])
+    again = ResultCache(moments, tmp_path).of(load_scene("nsc-case-1"), drags=[0.1, 0.2])
     assert first == again and len(CALLS) == 1
     assert first["moments"] == [
         0.1 * scene.balls.total_mass / 3.0,
@@ -47,14 +47,14 @@ def test_the_second_time_nothing_is_computed(kept: Results, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("change", ["balls.mass=0.00028", "duration=21", "name=other"])
-def test_another_scene_is_computed(kept: Results, change: str) -> None:
+def test_another_scene_is_computed(kept: ResultCache, change: str) -> None:
     kept.of(load_scene("nsc-case-1"), drags=[0.1])
     kept.of(load_scene("nsc-case-1", [change]), drags=[0.1])
     assert len(CALLS) == 2
 
 
 def test_other_numbers_version_and_sources_are_computed(
-    kept: Results, monkeypatch: pytest.MonkeyPatch
+    kept: ResultCache, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = load_scene("nsc-case-1")
     kept.of(scene, drags=[0.1])
@@ -64,7 +64,7 @@ def test_other_numbers_version_and_sources_are_computed(
         changed.setattr("ab_sim.__version__", "0.0.0")
         kept.of(scene, drags=[0.1])
     assert len(CALLS) == 3
-    read = results.sources
+    read = result_cache.sources
 
     def edited(modules: Any) -> Any:
         found = read(modules)
@@ -72,7 +72,7 @@ def test_other_numbers_version_and_sources_are_computed(
         return {**found, name: found[name]._replace(digest="of other content")}
 
     with monkeypatch.context() as changed:
-        changed.setattr(results, "sources", edited)
+        changed.setattr(result_cache, "sources", edited)
         kept.of(scene, drags=[0.1])
     assert len(CALLS) == 4
     kept.of(scene, drags=[0.1])
@@ -92,7 +92,7 @@ def test_other_numbers_version_and_sources_are_computed(
     ids=["empty", "truncated", "altered", "forged", "deep", "other"],
 )
 def test_what_cannot_be_believed_is_computed_anew(
-    kept: Results, spoil: Any, tmp_path: Path
+    kept: ResultCache, spoil: Any, tmp_path: Path
 ) -> None:
     scene = load_scene("nsc-case-1")
     right = kept.of(scene, drags=[0.1])
@@ -103,7 +103,7 @@ def test_what_cannot_be_believed_is_computed_anew(
     assert only_file(tmp_path).read_text() == sound
 
 
-def test_another_results_file_in_its_place_is_not_believed(kept: Results, tmp_path: Path) -> None:
+def test_another_file_in_its_place_is_not_believed(kept: ResultCache, tmp_path: Path) -> None:
     scene = load_scene("nsc-case-1")
     kept.of(scene, drags=[0.1])
     first = only_file(tmp_path)
@@ -122,20 +122,20 @@ def test_without_a_folder_it_goes_on_and_says_so_once(
     for base in (tmp_path, tmp_path / f"cache-{os.getuid()}"):
         (base / "ab_sim").mkdir(mode=0o700, parents=True)
         (base / "ab_sim" / "results").write_text("in the way")
-    results.results_folder.cache_clear()
-    results._say.cache_clear()
+    result_cache.results_folder.cache_clear()
+    result_cache._say.cache_clear()
     try:
         with caplog.at_level(logging.WARNING):
             for _ in range(2):
-                assert Results(moments).of(load_scene("nsc-case-1"), drags=[0.1])
+                assert ResultCache(moments).of(load_scene("nsc-case-1"), drags=[0.1])
     finally:
-        results.results_folder.cache_clear()
+        result_cache.results_folder.cache_clear()
     assert len(CALLS) == 2
     (record,) = caplog.records
     assert "no folder is writable by you alone" in record.message
 
 
-def test_no_number_is_kept_that_json_does_not_have(kept: Results, tmp_path: Path) -> None:
+def test_no_number_is_kept_that_json_does_not_have(kept: ResultCache, tmp_path: Path) -> None:
     with pytest.raises(ValueError):
         kept.of(load_scene("nsc-case-1"), drags=[float("inf")])
     assert not list(tmp_path.iterdir())
@@ -143,7 +143,7 @@ def test_no_number_is_kept_that_json_does_not_have(kept: Results, tmp_path: Path
 
 def _work(folder: Path) -> Any:
     scene = load_scene("nsc-case-1")
-    return [Results(moments, folder).of(scene, drags=[float(k)]) for k in range(20)]
+    return [ResultCache(moments, folder).of(scene, drags=[float(k)]) for k in range(20)]
 
 
 def test_two_processes_at_once(tmp_path: Path) -> None:

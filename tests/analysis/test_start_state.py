@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ab_sim.analysis.start_state import start_from
+from ab_sim.analysis.replay import start_from
 from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
 from ab_sim.scene import load_scene

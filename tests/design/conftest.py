@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.analysis import results
+from ab_sim.analysis import result_cache
 
 
 @pytest.fixture(autouse=True)
@@ -12,5 +12,5 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the folder for results."""
     home = tmp_path / "kept"
     home.mkdir()
-    monkeypatch.setattr(results, "results_folder", lambda: home)
+    monkeypatch.setattr(result_cache, "results_folder", lambda: home)
     return home

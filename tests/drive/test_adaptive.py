@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim import Drive, Scene, load_scene
-from ab_sim.analysis.adaptive import net_unbalance
+from ab_sim.analysis.startup import net_unbalance
 from ab_sim.base.errors import CommandError
 from ab_sim.control import StartUp, State
 from ab_sim.drive.adaptive_controller import AdaptiveController, settings_of

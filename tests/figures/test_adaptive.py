@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis import Comparison, run_scene
-from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
+from ab_sim.analysis.startup import AdaptiveOutcome, net_unbalance
 from ab_sim.control import Estimates, State
 from ab_sim.drive.adaptive_controller import EstimatesAt
 from ab_sim.scene import load_scene

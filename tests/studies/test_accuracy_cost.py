@@ -11,16 +11,23 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ab_sim.analysis.accuracy_cost import AccuracyCost, ErrorBound, SettingCost, accuracy_cost
-from ab_sim.analysis.accuracy_cost import families as families_module
-from ab_sim.analysis.accuracy_cost.collocation import gauss_nodes
-from ab_sim.analysis.accuracy_cost.energy import energy_balance_refusal
-from ab_sim.analysis.accuracy_cost.families import all_families
+from ab_sim.analysis.accuracy_cost import (
+    AccuracyCost,
+    ErrorBound,
+    SettingCost,
+    accuracy_cost,
+)
+from ab_sim.analysis.accuracy_cost import study as study_module
+from ab_sim.analysis.accuracy_cost.methods import OwnStepper
 from ab_sim.analysis.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
-from ab_sim.analysis.accuracy_cost.ours import OwnStepper
-from ab_sim.analysis.accuracy_cost.reference import event_reference, smooth_reference
-from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.analysis.accuracy_cost.sampling import LADDER, sampling_of
+from ab_sim.analysis.accuracy_cost.problem import (
+    LADDER,
+    RightHandSide,
+    energy_balance_refusal,
+    sampling_of,
+)
+from ab_sim.analysis.accuracy_cost.reference import event_reference, gauss_nodes, smooth_reference
+from ab_sim.analysis.accuracy_cost.study import all_families
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.cli.costs import accuracy_shown
 from ab_sim.drive import Drive
@@ -298,8 +305,8 @@ def test_missing_peers_are_named_with_what_to_install(monkeypatch: pytest.Monkey
     def absent() -> Any:
         raise ImportError
 
-    monkeypatch.setattr(families_module, "cvode_solvers", absent)
-    monkeypatch.setattr(families_module.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(study_module, "cvode_solvers", absent)
+    monkeypatch.setattr(study_module.importlib.util, "find_spec", lambda name: None)
     scene = made(**SMOOTH)
     sampling = sampling_of(scene)
     found, missing = all_families(

@@ -1,9 +1,30 @@
-"""Interface that the study requires of a method."""
+"""Methods of the study: this package's steppers, and integrators of SciPy and SUNDIALS.
 
-from typing import Any, Protocol
+SUNDIALS CVODE comes through scikit-sundae, with the extra ``peers``.
+"""
 
-from ab_sim.base.errors import AbSimError
+import math
+import warnings
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from scipy.integrate import ODEintWarning, odeint, solve_ivp
+
+from ab_sim.analysis.accuracy_cost.problem import (
+    INSTANTS,
+    RightHandSide,
+    RunEnergies,
+    SampleTimes,
+    SmoothInterval,
+)
+from ab_sim.base.errors import AbSimError, DivergedError
+from ab_sim.drive import Drive
 from ab_sim.drive.accuracy.deviation import Samples
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene.load import with_solver
+from ab_sim.scene.model import Scene
 
 
 class FailedError(AbSimError):
@@ -38,3 +59,237 @@ class MeasuredMethod(Protocol):
 
     def energy_error(self) -> float | None:
         """Return the energy balance's error, from a separate run; None without a balance."""
+
+
+class OwnStepper:
+    """Stepper at one step.
+
+    Raises:
+        SceneError: the scene refuses the step, e.g. beyond the stability limit.
+    """
+
+    peer: bool = False
+    tolerance: float | None = None
+    evaluations: int | None = None
+
+    def __init__(self, scene: Scene, sampling: SampleTimes, stepper: str, step: float) -> None:
+        self.name, self.sampling = stepper, sampling
+        self.step: float | None = step
+        self.each = sampling.per_period(step)
+        assert self.each, "the step divides the sample period"
+        self.scene = with_solver(scene, stepper, step)
+        self.drive = Drive(self.scene)
+
+    @property
+    def events(self) -> int:
+        """Events located in the last run."""
+        return self.drive.events
+
+    def prepare(self) -> None:
+        """Return to the start."""
+        self.drive.reset()
+
+    def run(self) -> Trajectory:
+        """Take and record all steps, as in normal use; keep those at the reference's times."""
+        every = self.each // math.gcd(self.each, self.sampling.parts)
+        try:
+            return self.drive.advance(self.sampling.number * self.each, every)
+        except DivergedError as error:
+            raise FailedError(f"diverged: {error}") from error
+
+    def samples(self, kept: Trajectory) -> Samples:
+        """Return deck position and ball angles."""
+        return Samples.of(kept)
+
+    def energy_error(self) -> float | None:
+        """Return the energy balance's error, from a separate run because it takes time."""
+        drive = Drive(self.scene, energy_balance=True)
+        every = -(-self.sampling.number // INSTANTS)
+        energies = []
+        try:
+            for at in range(0, self.sampling.number, every):
+                drive.advance(self.each * min(every, self.sampling.number - at))
+                energies.append(drive.energy())
+        except DivergedError:
+            return None
+        return RunEnergies(energies).error()
+
+
+ABSOLUTE = 0.01
+"""Absolute tolerance, divided by the relative tolerance and the state's magnitude."""
+
+
+class IntervalOutcome(NamedTuple):
+    """Result of integrating one leg."""
+
+    states: np.ndarray
+    """States on the leg's grid, shape (times, states)."""
+    evaluations: int
+
+
+LegSolver = Callable[[SmoothInterval, np.ndarray, float, np.ndarray], IntervalOutcome]
+"""Function of a leg, the state at its begin, and relative and absolute tolerances.
+
+It raises FailedError if it cannot finish.
+"""
+
+
+class ByTolerance:
+    """Integrator at one relative tolerance.
+
+    Args:
+        f: right-hand side of the scene.
+        with_energy_balance: factory of the right-hand side with an energy balance, called only by
+            ``energy_error``; None if the scene has no energy balance.
+        name: name of the integrator.
+        solver: function that integrates a leg.
+        tolerance: relative tolerance.
+    """
+
+    peer: bool = True
+    step: float | None = None
+
+    def __init__(
+        self,
+        f: RightHandSide,
+        with_energy_balance: Callable[[], RightHandSide] | None,
+        name: str,
+        solver: LegSolver,
+        tolerance: float,
+    ) -> None:
+        self.f, self.with_energy_balance, self.name = f, with_energy_balance, name
+        self.solver = solver
+        self.tolerance: float | None = tolerance
+        self.evaluations: int | None = None
+
+    def prepare(self) -> None:
+        """Do nothing: no state is kept between runs."""
+
+    def run(self) -> np.ndarray:
+        """Return the states at the sample times."""
+        return self._run(self.f)
+
+    def samples(self, kept: np.ndarray) -> Samples:
+        """Convert the states to samples."""
+        return self.f.samples(kept)
+
+    def energy_error(self) -> float | None:
+        """Return the energy balance's error, from a run that integrates its states too."""
+        if self.with_energy_balance is None:
+            return None
+        f = self.with_energy_balance()
+        before = self.evaluations
+        try:
+            return f.energy_error(self._run(f))
+        except FailedError:
+            return None
+        finally:
+            self.evaluations = before
+
+    def _run(self, f: RightHandSide) -> np.ndarray:
+        state, kept, evaluations, relative = f.start, [], 0, self.tolerance
+        assert relative is not None
+        absolute = relative * ABSOLUTE * f.scale
+        for leg in f.legs:
+            states, more = self.solver(leg, state, relative, absolute)
+            if not np.isfinite(states).all():
+                raise FailedError("diverged: states that are not finite")
+            # Solvers may return a transposed array, but compiled code reads contiguous memory.
+            state = np.ascontiguousarray(states[-1])
+            kept.append(states[leg.keep])
+            evaluations += more
+        self.evaluations = evaluations
+        return np.concatenate(kept)
+
+
+MOST_STEPS = 10**7
+# SciPy's type hints cover neither compiled functions nor methods named at run time.
+_SOLVE_IVP: Any = solve_ivp
+_ODEINT: Any = odeint
+
+
+def _solve_ivp(
+    method: str, leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
+) -> IntervalOutcome:
+    grid = leg.grid
+    done = _SOLVE_IVP(
+        leg.f,
+        (grid[0], grid[-1]),
+        state,
+        method=method,
+        t_eval=grid,
+        rtol=relative,
+        atol=absolute,
+    )
+    if not done.success:
+        raise FailedError(f"gave up: {done.message}")
+    return IntervalOutcome(done.y.T, done.nfev)
+
+
+def lsoda(
+    leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
+) -> IntervalOutcome:
+    """Integrate a leg by LSODA through ``odeint``.
+
+    Its loop is compiled; that of solve_ivp is Python and 3 x slower. LSODA integrates past the
+    leg's end and interpolates: f continues smoothly there.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ODEintWarning)
+        try:
+            states, done = _ODEINT(
+                leg.f,
+                state,
+                leg.grid,
+                tfirst=True,
+                rtol=relative,
+                atol=absolute,
+                mxstep=MOST_STEPS,
+                full_output=True,
+            )
+        except ODEintWarning as warning:
+            raise FailedError(f"gave up: {warning}") from warning
+    return IntervalOutcome(states, int(done["nfe"][-1]))
+
+
+dop853: LegSolver = partial(_solve_ivp, "DOP853")
+radau: LegSolver = partial(_solve_ivp, "Radau")
+SCIPY: dict[str, LegSolver] = {"DOP853": dop853, "LSODA": lsoda, "Radau": radau}
+
+
+def cvode_solvers() -> dict[str, LegSolver]:
+    """Return solvers with CVODE's Adams and BDF methods, by display name.
+
+    Raises:
+        ImportError: scikit-sundae is not installed.
+    """
+    from sksundae.cvode import CVODE
+
+    return {
+        "CVODE Adams": partial(_solve_by_cvode, CVODE, "Adams"),
+        "CVODE BDF": partial(_solve_by_cvode, CVODE, "BDF"),
+    }
+
+
+def _solve_by_cvode(
+    solver: Any,
+    method: str,
+    leg: SmoothInterval,
+    state: np.ndarray,
+    relative: float,
+    absolute: np.ndarray,
+) -> IntervalOutcome:
+    cvode = solver(
+        leg.fill,
+        method=method,
+        rtol=relative,
+        atol=absolute,
+        max_num_steps=MOST_STEPS,
+    )
+    try:
+        done = cvode.solve(leg.grid, state)
+    except RuntimeError as error:
+        raise FailedError(f"gave up: {error}") from error
+    if not done.success:
+        raise FailedError(f"gave up: {done.message}")
+    return IntervalOutcome(done.y, int(done.nfev))

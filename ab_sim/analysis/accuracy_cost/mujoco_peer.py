@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.accuracy_cost.methods import FailedError
-from ab_sim.analysis.accuracy_cost.right_hand_side import SAME_INSTANT
-from ab_sim.analysis.accuracy_cost.sampling import SampleTimes
+from ab_sim.analysis.accuracy_cost.problem import SAME_INSTANT, SampleTimes
 from ab_sim.base.errors import SceneError
 from ab_sim.drive.accuracy.deviation import Samples
 from ab_sim.model.equations.motion import Ball

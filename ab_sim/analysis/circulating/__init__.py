@@ -1,10 +1,15 @@
 """Balls that stall in one bunch near the critical speed: motion, stability and limits."""
 
-from ab_sim.analysis.circulating.bunch import CirculatingBunch, bunches, stalled
-from ab_sim.analysis.circulating.drive import BunchDrive, drive_of, why_not
-from ab_sim.analysis.circulating.lasting import lasting_speed
+from ab_sim.analysis.circulating.bunch import (
+    BunchDrive,
+    CirculatingBunch,
+    bunches,
+    drive_of,
+    stalled,
+    why_not,
+)
+from ab_sim.analysis.circulating.lasting import lasting_speed, state_of_bunch
 from ab_sim.analysis.circulating.reach import Reach, reach_over_drag, reach_over_speed
-from ab_sim.analysis.circulating.running_state import state_of_bunch
 
 __all__ = [
     "BunchDrive",

@@ -21,20 +21,193 @@ force on the bunch beats at b. Second, higher powers of the swings. Both cause r
 about the squares of ``bunch_swing`` and ``resting_swing``. Third, friction. States with a swing
 above ``MOST_SWING`` are outside the validity of the closed form.
 
-Source: own derivation. Sommerfeld effect: Nayfeh and Mook, Nonlinear Oscillations (1979), 4.5.
+The stability of a bunch follows from equations averaged over the beat. In axes that turn at s, with
+complex z of the deck, theta of the bunch, d = d/dt and b = w - s:
+
+    (M (d + i s)^2 + c (d + i s) + k + G(d)) z + p m R (d + i s)^2 exp(i theta) = 0
+    mu R theta'' + c_b R (theta' - b) + m Re(-i exp(-i theta) (d + i s)^2 z) = 0
+    G(d) = -q m^2/2 (d + i s)^4 / (mu (d - i b)^2 + c_b (d - i b))
+
+G is the effect of balls on the rotor, which swing at b. Three terms of its series in d are kept,
+because the disturbances are slow compared with the beat. The stability of the balls on the rotor is
+not covered; the test of resting states covers it.
+
+Balls of a bunch may also separate, without effect on the deck. This gives, p - 1 times,
+
+    mu R l^2 + c_b R l + m s^2 Re z = 0 at theta = 0,
+
+which decays if the bunch is on the side of the displacement: for q = 0 up to s^2 = k/M. For q = 0
+and without a rotor unbalance the equations are exact.
+
+Source: own derivation, from the equations of docs/equations.md, section 1. Sommerfeld effect:
+Nayfeh and Mook, Nonlinear Oscillations (1979), 4.5.
 """
 
 import cmath
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
-from ab_sim.analysis.circulating.drive import BunchDrive
-from ab_sim.analysis.circulating.growth import growth_rates
+from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
+from ab_sim.base.errors import SceneError
+from ab_sim.model.dynamics.system import MASS, RACE_RADIUS, RADIUS, ROLLING_MASS, System
+from ab_sim.model.equations.motion import Ball
+from ab_sim.model.equations.sums import over_effects
+from ab_sim.scene.model import Scene
+
+
+class BunchDrive(NamedTuple):
+    """Parameters of a planar drive with equal balls in an isotropic linear suspension."""
+
+    mass: float
+    """Total mass M, with the balls [kg]."""
+    unbalance: float
+    """Unbalance M0 e [kg m]."""
+    stiffness: float
+    """Stiffness k [N/m]."""
+    damping: float
+    """Damping c [N s/m]."""
+    radius: float
+    """Race radius R [m]."""
+    drag: float
+    """Drag on a ball c_b [N s/m]."""
+    ball_mass: float
+    """Ball mass m [kg]."""
+    rolling_mass: float
+    """Effective mass mu = m + I/a^2 [kg]; m for balls that do not roll."""
+    balls: int
+    """Number of balls n."""
+
+
+def why_not(scene: Scene) -> str | None:
+    """Return the reason why the closed form does not cover a scene; None if it does."""
+    drive_or_reason = _known(scene)
+    return drive_or_reason if isinstance(drive_or_reason, str) else None
+
+
+def drive_of(scene: Scene) -> BunchDrive | None:
+    """Return the parameters of a scene; None if ``why_not`` gives a reason."""
+    drive_or_reason = _known(scene)
+    return None if isinstance(drive_or_reason, str) else drive_or_reason
+
+
+def _known(scene: Scene) -> BunchDrive | str:
+    """Return the parameters of a scene, or the reason why there are none."""
+    if scene.balls.count == 0:
+        return "there are no balls"
+    if "ball_contact" in scene.effects:
+        return "effects.ball_contact: balls that touch form a row and no bunch at one place"
+    try:
+        system = resting_system(scene)
+    except SceneError as error:
+        return str(error)
+    rotor = rotor_of(system)
+    if rotor is None:
+        return "an effect changes the race or the deck in a way that the closed form does not cover"
+    drag, problem = _drag_of(system), None
+    if rotor.cubic_stiffness != 0.0:
+        problem = "effects.hardening_suspension: the closed form assumes a linear suspension"
+    elif len({*rotor.kinds}) > 1:
+        problem = "balls.mass: the balls differ"
+    elif drag <= 0.0:
+        problem = "effects.viscous_drag: without drag nothing drives the balls"
+    elif rotor.stiffness <= 0.0 or rotor.damping <= 0.0:
+        problem = "effects.suspension: without stiffness or damping nothing holds the balls back"
+    if problem is not None:
+        return problem
+    ball = system.balls[0]
+    return BunchDrive(
+        mass=rotor.mass,
+        unbalance=rotor.unbalance,
+        stiffness=rotor.stiffness,
+        damping=rotor.damping,
+        radius=float(ball[RACE_RADIUS]),
+        drag=drag,
+        ball_mass=float(ball[MASS]),
+        rolling_mass=float(ball[ROLLING_MASS]),
+        balls=len(system.balls),
+    )
+
+
+def _drag_of(system: System) -> float:
+    """Return the drag c_b on the first ball [N s/m]."""
+    ball = Ball(*system.balls[0, [MASS, RADIUS]])
+    return float(over_effects(system.effects, "ball_drag", 0.0, ball))
+
+
+Orders = tuple[complex, complex, complex]
+"""Factors of the second derivative, the first derivative and the function itself."""
+
+
+def growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex) -> np.ndarray:
+    """Return eigenvalues [1/s], complex, by falling real part, without the structural zero.
+
+    Args:
+        drive: parameters of the drive.
+        w: spindle speed [rad/s], above 0.
+        count: number p of balls in the bunch.
+        s: speed of the bunch [rad/s].
+        z: displacement of the deck [m] in axes that turn at s, with the bunch at angle 0.
+
+    Returns:
+        Eigenvalues, shape (5 + 2 (p - 1),).
+    """
+    orders = _equations(drive, w, count, s, z)
+    size = len(orders[0])
+    inverse = np.linalg.inv(orders[0])
+    companion = np.zeros((2 * size, 2 * size))
+    companion[:size, size:] = np.eye(size)
+    companion[size:, :size], companion[size:, size:] = -inverse @ orders[2], -inverse @ orders[1]
+    rates = np.linalg.eigvals(companion)
+    # Rotating the whole motion is a shift in time, which neither grows nor decays: drop its zero.
+    rates = np.delete(rates, int(np.argmin(np.abs(rates))))
+    pull = drive.ball_mass * s * s * z.real / drive.radius
+    parting = np.roots([drive.rolling_mass, drive.drag, pull])
+    rates = np.concatenate([rates, *[parting] * (count - 1)])
+    return np.asarray(rates[np.argsort(-rates.real)], complex)
+
+
+def _equations(
+    drive: "BunchDrive", w: float, count: int, s: float, z: complex
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the real matrices of z and theta for derivatives 2, 1 and 0, with lengths in R."""
+    m, mu, cb = drive.ball_mass, drive.rolling_mass, drive.drag
+    turned: Orders = 1.0, 2j * s, -s * s
+    deck = 0.0, drive.damping, drive.stiffness + 1j * drive.damping * s
+    swung = _swinging(drive, w, count, s)
+    equations = []
+    for order in range(3):
+        matrix = np.zeros((3, 3))
+        matrix[:2, :2] = _plane(drive.mass * turned[order] + deck[order] + swung[order])
+        bunch = 1j * turned[order]
+        matrix[:2, 2] = count * m * bunch.real, count * m * bunch.imag
+        matrix[2, :2] = m * _plane(-1j * turned[order])[0]
+        matrix[2, 2] = (mu, cb, m * s * s * z.real / drive.radius)[order]
+        equations.append(matrix)
+    return equations[0], equations[1], equations[2]
+
+
+def _swinging(drive: "BunchDrive", w: float, count: int, s: float) -> Orders:
+    """Return the coefficients of d^2, d and 1 in the series of G."""
+    b, factor = w - s, -0.5 * (drive.balls - count) * drive.ball_mass**2
+    mu, cb = drive.rolling_mass, drive.drag
+    above = s**4, 4.0 * (1j * s) ** 3, -6.0 * s * s
+    below = complex(-mu * b * b, -cb * b), complex(cb, -2.0 * mu * b), mu
+    first = above[0] / below[0]
+    second = (above[1] - below[1] * first) / below[0]
+    third = (above[2] - below[1] * second - below[2] * first) / below[0]
+    return factor * third, factor * second, factor * first
+
+
+def _plane(factor: complex) -> np.ndarray:
+    """Return the real 2x2 matrix of the multiplication by a complex number."""
+    return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
+
 
 MOST_SWING = 0.15
 """Largest swing for which the closed form is valid [rad].

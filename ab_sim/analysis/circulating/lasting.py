@@ -5,12 +5,43 @@ import math
 import numpy as np
 
 from ab_sim.analysis.circulating.bunch import CirculatingBunch
-from ab_sim.analysis.circulating.running_state import state_of_bunch
-from ab_sim.analysis.equilibria.resting import LEFT_OUT, resting_system
+from ab_sim.analysis.equilibria.balanced import symmetric
+from ab_sim.analysis.equilibria.resting import base_rotor_of, resting_system, running_at
 from ab_sim.base.errors import DivergedError
 from ab_sim.drive import Drive
+from ab_sim.model.dynamics.layout import StateLayout, layout_of
+from ab_sim.model.dynamics.system import System
 from ab_sim.scene.model import Scene
-from ab_sim.scene.sections import Spindle, Start
+
+
+def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:
+    """Return the bunch's state at an instant when the displacement points along the unbalance.
+
+    The bunch's balls come first. The other balls rest at their balanced position, or opposite the
+    unbalance if they cannot balance it.
+
+    Args:
+        system: planar system of the bunch's scene.
+        bunch: circulating bunch.
+
+    Returns:
+        State with shape (4 + 2 n,): u and v on the rotor's axes [m, m/s], angles [rad] and rates
+        [rad/s].
+    """
+    layout: StateLayout = layout_of(system)
+    p, backwards = bunch.count, bunch.spindle_speed < 0.0
+    state = np.zeros(layout.size)
+    state[layout.deck] = bunch.W, 0.0, 0.0, bunch.speed * bunch.W
+    angles = state[layout.angles]
+    angles[:p] = -bunch.angle if backwards else bunch.angle
+    angles[p:] = math.pi
+    rotor = base_rotor_of(system)
+    rest = symmetric(rotor._replace(moments=rotor.moments[p:], kinds=rotor.kinds[p:]))
+    if rest is not None:
+        angles[p:] = rest
+    state[layout.rates][:p] = bunch.speed - bunch.spindle_speed
+    return state
+
 
 BEATS = 1000.0
 """Duration of the simulation in beats, unless that takes too many steps."""
@@ -43,7 +74,8 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     steps = math.ceil(min(BEATS * beat / step, MOST_STEPS))
     if steps * step < FEWEST_BEATS * beat:
         return None
-    drive = Drive(_held(scene, w, step))
+    solver = scene.solver.model_copy(update={"stepper": "auto", "parameters": {}, "step": step})
+    drive = Drive(running_at(scene, w).model_copy(update={"solver": solver}))
     state = state_of_bunch(resting_system(scene), bunch)
     state[4 : 4 + n] += OFF * np.random.default_rng(0).normal(size=n)
     drive.restore(drive.snapshot()._replace(state=state, memory=np.empty(0)))
@@ -60,20 +92,3 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     beats = np.abs(in_bunch - w) >= 0.5 * abs(w - bunch.speed)
     resting = np.abs(others - w) <= 0.1 * abs(w - bunch.speed)
     return float(in_bunch.mean()) if (kept & beats).all() and resting.all() else None
-
-
-def _held(scene: Scene, speed: float, step: float) -> Scene:
-    effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
-    limit = max(scene.spindle.max_speed, abs(speed))
-    spindle = Spindle(max_speed=limit, max_acceleration=scene.spindle.max_acceleration)
-    changes = {
-        "effects": effects,
-        "start": Start(speed=speed),
-        "spindle": spindle,
-        "profile": None,
-        "accuracy": None,
-        "solver": scene.solver.model_copy(
-            update={"stepper": "auto", "parameters": {}, "step": step}
-        ),
-    }
-    return scene.model_copy(update=changes)

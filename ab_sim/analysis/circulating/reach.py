@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.circulating.bunch import CirculatingBunch, bunches, stalled
-from ab_sim.analysis.circulating.drive import BunchDrive
+from ab_sim.analysis.circulating.bunch import BunchDrive, CirculatingBunch, bunches, stalled
 from ab_sim.analysis.held_speed import FASTEST
 
 FOLD, UNSTABLE, SWING, END = "fold", "unstable", "swings", "end of the range"

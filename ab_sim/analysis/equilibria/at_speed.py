@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.equilibria.extremes import known_positions, positions_at
+from ab_sim.analysis.equilibria.balanced import known_positions, positions_at
 from ab_sim.analysis.equilibria.finder import BEST, WORST, found_states
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, ClosedFormRotor, resting_system, rotor_of
@@ -89,7 +90,10 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
-    if rotor is None:
+    if speed == 0.0:
+        n = len(system.balls)  # at rest, balls lie at any angle, here at 0
+        states = [resting_state(system, speed, "standing", np.zeros(2), np.zeros(n), n)]
+    elif rotor is None:
         states = found_states(system, speed)
     else:
         states = resting_states(system, rotor, speed)
@@ -100,85 +104,68 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
 
 
 def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
-    """Return the resting states from closed forms; arguments as for ``resting_state``."""
-    return [*clustered_states(system, rotor, speed), *balanced_states(system, rotor, speed)]
+    """Return the resting states from closed forms, at a nonzero speed [rad/s].
 
-
-def clustered_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
-    """Return states with W > 0: balls in line with the displacement, on its side or opposite."""
-    states = []
-    for pattern in patterns_of(rotor):
-        roots = radii(rotor, pattern.moment, speed)
-        for rank in range(len(roots)):
-            states.append(clustered_state(system, rotor, speed, pattern, roots, rank))
-    return states
-
-
-def clustered_state(
-    system: System,
-    rotor: ClosedFormRotor,
-    speed: float,
-    pattern: Pattern,
-    roots: list[float],
-    rank: int,
-) -> RestingState:
-    """Return the state of a pattern whose radius has index ``rank`` in ``roots``."""
-    u, theta = clustered_place(rotor, speed, pattern, roots[rank])
-    label = pattern.label + (f"/{rank + 1}" if len(roots) > 1 else "")
-    return resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
-
-
-def clustered_place(
-    rotor: ClosedFormRotor, speed: float, pattern: Pattern, W: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the displacement [m] and ball angles [rad] of a pattern at a radius W [m]."""
-    phi = phase(rotor, pattern.moment, speed, W)
-    u = np.array([W * math.cos(phi), W * math.sin(phi)])
-    return u, np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
-
-
-def balanced_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
-    """Return the balanced states.
-
-    For three or more balls: the symmetric, the worst and the best position.
+    Of three or more balls in balance: the symmetric, the worst and the best position.
     """
-    if speed == 0.0:
-        return [_standing(system, rotor)]
-    if not rotor.moments:
-        nothing = np.zeros(2), np.empty(0)
-        return [] if rotor.unbalance else [resting_state(system, speed, "balanced", *nothing)]
-    places = positions_at(system, rotor, speed)
-    states = [balanced_state(system, rotor, speed, theta) for theta in places]
-    if len(states) <= 1:
-        return states
-    by_growth = sorted(states, key=lambda state: state.lambda_max)
-    worst, best = by_growth[-1], by_growth[0]
-    return [
-        states[0], worst.relabelled(worst.label + WORST), best.relabelled(best.label + BEST)
-    ]  # fmt: skip
+    states = [
+        resting_state(system, speed, *place)
+        for pattern in patterns_of(rotor)
+        for place in clustered_places(rotor, speed, pattern)
+    ]
+    without = not rotor.moments and not rotor.unbalance
+    positions = [np.empty(0)] if without else positions_at(system, rotor, speed)
+    balanced = [balanced_state(system, rotor, speed, theta) for theta in positions]
+    if len(balanced) > 1:
+        by_growth = sorted(balanced, key=lambda state: state.lambda_max)
+        worst, best = by_growth[-1], by_growth[0]
+        balanced = [
+            balanced[0], worst.relabelled(worst.label + WORST), best.relabelled(best.label + BEST)
+        ]  # fmt: skip
+    return states + balanced
 
 
-def balanced_state(
-    system: System, rotor: ClosedFormRotor, speed: float, theta: np.ndarray
-) -> RestingState:
+class RestingPlace(NamedTuple):
+    """Resting state in closed form, before its eigenvalues are computed; see ``resting_state``."""
+
+    label: str
+    u: np.ndarray
+    theta: np.ndarray
+    structural_zeros: int
+    assignments: int | None
+    balance_alike: bool = False
+
+
+def clustered_places(rotor: ClosedFormRotor, speed: float, pattern: Pattern) -> list[RestingPlace]:
+    """Return the states of a pattern with W > 0, the largest W first."""
+    roots = radii(rotor, pattern.moment, speed)
+    places = []
+    for rank, W in enumerate(roots, start=1):
+        label = pattern.label + (f"/{rank}" if len(roots) > 1 else "")
+        phi = phase(rotor, pattern.moment, speed, W)
+        u = np.array([W * math.cos(phi), W * math.sin(phi)])
+        opposite = phi - math.copysign(math.pi, phi)
+        theta = np.array([phi if sign > 0 else opposite for sign in pattern.signs])
+        places.append(RestingPlace(label, u, theta, _turning(rotor), pattern.assignments))
+    return places
+
+
+def balanced_place(rotor: ClosedFormRotor, theta: np.ndarray) -> RestingPlace:
     """Return the state with W = 0 at a balanced position [rad]."""
     n = len(theta)
     zeros = max(0, n - 2, _turning(rotor))
     ways = {1: 1, 2: 2 if (np.abs(np.sin(theta)) > 1e-9).any() else 1}.get(n)
     alike = n > 2 and len({*rotor.kinds}) == 1
-    return resting_state(system, speed, "balanced", np.zeros(2), theta, zeros, ways, alike)
+    return RestingPlace("balanced", np.zeros(2), theta, zeros, ways, alike)
 
 
-def _standing(system: System, rotor: ClosedFormRotor) -> RestingState:
-    """Return the state at zero speed: balls rest at any angle, here at 0."""
-    n = len(rotor.moments)
-    return resting_state(system, 0.0, "standing", np.zeros(2), np.zeros(n), n)
+def balanced_state(
+    system: System, rotor: ClosedFormRotor, speed: float, theta: np.ndarray
+) -> RestingState:
+    """Return the state with W = 0 at a balanced position [rad], with its eigenvalues."""
+    return resting_state(system, speed, *balanced_place(rotor, theta))
 
 
 def _turning(rotor: ClosedFormRotor) -> int:
     """Return 1 if states can be rotated about the shaft, 0 if an unbalance fixes their angles."""
     return int(rotor.unbalance == 0.0 and len(rotor.moments) > 0)
-
-
-def _opposite(angle: float) -> float:
-    return angle - math.copysign(math.pi, angle)

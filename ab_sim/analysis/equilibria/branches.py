@@ -6,22 +6,20 @@ from itertools import pairwise
 
 import numpy as np
 
-from ab_sim.analysis.equilibria.at_speed import balanced_state, clustered_state
-from ab_sim.analysis.equilibria.balanced import can_balance
-from ab_sim.analysis.equilibria.extremes import positions_at
+from ab_sim.analysis.equilibria.at_speed import balanced_state, clustered_places
+from ab_sim.analysis.equilibria.balanced import can_balance, positions_at
 from ab_sim.analysis.equilibria.finder import BEST, WORST
-from ab_sim.analysis.equilibria.folds import Fold, folds_of
 from ab_sim.analysis.equilibria.over_speed import (
     BranchInterval,
     OverSpeed,
     grid_between,
     interval_of,
 )
-from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
+from ab_sim.analysis.equilibria.patterns import Fold, Pattern, folds_of, patterns_of, radii
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
-from ab_sim.analysis.equilibria.states import RestingState
+from ab_sim.analysis.equilibria.states import RestingState, resting_state
 from ab_sim.analysis.equilibria.traced import traced_branches
-from ab_sim.analysis.results import Result, Results
+from ab_sim.analysis.result_cache import Result, ResultCache
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress
 from ab_sim.model.dynamics.system import System
@@ -83,7 +81,7 @@ def kept_branches(scene: Scene, speeds: np.ndarray, progress: Progress | None = 
     def over_speed(scene: Scene, speeds: list[float]) -> Result:
         return branches_over_speed(scene, np.array(speeds), progress).report()
 
-    return OverSpeed.of(Results(over_speed).of(scene, speeds=np.asarray(speeds).tolist()))
+    return OverSpeed.of(ResultCache(over_speed).of(scene, speeds=np.asarray(speeds).tolist()))
 
 
 def _clustered(
@@ -103,8 +101,8 @@ def _clustered(
         for rank in range(count):
 
             def at(speed: float, rank: int = rank) -> RestingState:
-                roots = radii(rotor, pattern.moment, speed)
-                return clustered_state(system, rotor, speed, pattern, roots, rank)
+                place = clustered_places(rotor, speed, pattern)[rank]
+                return resting_state(system, speed, *place)
 
             yield interval_of(pattern.label + (f"/{rank + 1}" if count > 1 else ""), at, grid)
 

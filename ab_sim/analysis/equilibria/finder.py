@@ -22,6 +22,7 @@ from ab_sim.analysis.equilibria.resting import (
     state_of,
 )
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
+from ab_sim.analysis.held_speed import state_scale
 from ab_sim.base.presentation import in_one_turn
 from ab_sim.model.dynamics.system import MASS, RACE_RADIUS, System
 
@@ -65,10 +66,8 @@ def scales_of(system: System, speed: float) -> Scales:
     """Return scales: total unbalance over total mass for lengths, the speed for rates."""
     moments = system.balls[:, MASS] * system.balls[:, RACE_RADIUS]
     length = (system.deck_model.unbalance + float(moments.sum())) / system.deck_model.total_mass
-    rate, n = max(abs(speed), 1e-6), len(system.balls)
-    length = max(length, 1e-9)
-    deck = [length, length, length * rate, length * rate]
-    return Scales(np.array([*deck, *[1.0] * n, *[rate] * n]), rate)
+    rate = max(abs(speed), 1e-6)
+    return Scales(state_scale(system, max(length, 1e-9), rate), rate)
 
 
 def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | None:
@@ -100,10 +99,7 @@ def scaled_jacobian(jacobian: np.ndarray, scales: Scales) -> np.ndarray:
 
 
 def found_states(system: System, speed: float) -> list[RestingState]:
-    """Return resting states at a speed [rad/s], sorted by label, then by falling W."""
-    if speed == 0.0:
-        n = len(system.balls)
-        return [resting_state(system, speed, "standing", np.zeros(2), np.zeros(n), n)]
+    """Return resting states at a nonzero speed [rad/s], sorted by label, then by falling W."""
     kept: list[np.ndarray] = []
     for start in _starts(system, speed):
         state = converged(system, speed, start)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.equilibria.folds import Fold
+from ab_sim.analysis.equilibria.patterns import Fold
 from ab_sim.analysis.equilibria.states import RestingState
 
 At = Callable[[float], RestingState]

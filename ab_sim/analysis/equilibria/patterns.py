@@ -9,14 +9,26 @@ rotating axes has D z = w^2 (M0 e + S exp(i phi)), so that
 where W > 0. A negative radius in the three-ball paper is the pattern with S reversed. Equations
 (14)-(24) of that paper give the roots for three equal balls and k_3 = 0, where G is quadratic;
 relative-stability (15)-(22) gives them for two balls. With k_3, G is of the sixth degree in W.
+
+Folds are the speeds at which two states of a pattern meet and end. All states of a pattern at all
+speeds w > 0 lie on one curve over their phase phi, -pi < phi < 0. From the imaginary part of D z =
+w^2 (M0 e + S exp(i phi)), W = g w with g = -M0 e sin(phi) / c, and the real part leaves
+
+    h(phi, w) = g (k_3 g^2 - M) w^2 - (S + M0 e cos(phi)) w + k g = 0.
+
+At a fold dh/dphi = 0 as well. As h is quadratic in w, the search covers the whole curve, its lower
+and its upper part, so that detached branches are found too. Without a cubic spring, folds are at (k
+- M w^2)^2 (M0 e)^2 = c^2 w^2 (S^2 - (M0 e)^2), which is (16) = 0 of the three-ball paper for three
+equal balls.
 """
 
 import itertools
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 from ab_sim.base.errors import SceneError
@@ -152,3 +164,133 @@ def phase(rotor: ClosedFormRotor, moment: float, speed: float, W: float) -> floa
     w2 = speed * speed
     real = (rotor.stiffness + rotor.cubic_stiffness * W * W - rotor.mass * w2) * W - w2 * moment
     return math.atan2(-rotor.damping * speed * W, real)
+
+
+ASIDE = np.geomspace(1e-9, 1e9, 6001)
+"""Grid of tan(-phi/2) on which sign changes of dh/dphi are sought."""
+
+
+class Fold(NamedTuple):
+    """Speed and radius at which two states of a pattern meet."""
+
+    speed: float
+    """Speed w > 0 [rad/s]."""
+    W: float
+    """Radius W [m]."""
+    kind: str
+    """Change of the pair of states with rising speed: ``appear`` or ``vanish``."""
+
+
+def folds_of(rotor: ClosedFormRotor, moment: float) -> list[Fold]:
+    """Return all folds of a pattern with S = ``moment`` [kg m], by rising speed."""
+    if rotor.unbalance == 0.0 or rotor.damping == 0.0:
+        return []
+    return sorted(_linear(rotor, moment) if not rotor.cubic_stiffness else _cubic(rotor, moment))
+
+
+def _linear(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
+    """Yield the fold with W > 0: the lower root w^2 for S > 0, the higher one for S < 0."""
+    excess = (abs(moment) - rotor.unbalance) * (abs(moment) + rotor.unbalance)
+    if excess <= 0.0:
+        return
+    natural = rotor.stiffness / rotor.mass
+    half = (rotor.damping / rotor.mass) ** 2 * excess / (2.0 * rotor.unbalance**2)
+    high = natural + half + math.sqrt(half * (half + 2.0 * natural))
+    square = high if moment < 0.0 else natural / high * natural
+    if square > 0.0:
+        real = rotor.stiffness - rotor.mass * square
+        W = square * real * moment / (real * real + rotor.damping**2 * square)
+        yield Fold(math.sqrt(square), W, "appear" if moment < 0.0 else "vanish")
+
+
+class _Curve(NamedTuple):
+    """Coefficients of h and its derivatives by phi, as a polynomial in w."""
+
+    mass: float
+    stiffness: float
+    cubic: float
+    moment: float
+    """Pattern moment S / (M0 e)."""
+    reach: float
+    """Length M0 e / c, so that g = -``reach`` sin(phi)."""
+
+    def at(self, aside: Any) -> tuple[Any, Any, Any]:
+        """Return h, dh/dphi and d^2 h/dphi^2, divided by M0 e, at tan(-phi/2)."""
+        cos, sin = (1.0 - aside**2) / (1.0 + aside**2), 2.0 * aside / (1.0 + aside**2)
+        g, gp = self.reach * sin, -self.reach * cos
+        k3, M, k = self.cubic, self.mass, self.stiffness
+        value = g * (k3 * g * g - M), -(self.moment + cos), k * g
+        slope = gp * (3.0 * k3 * g * g - M), -sin, k * gp
+        curve = 6.0 * k3 * g * gp * gp - g * (3.0 * k3 * g * g - M), cos, -k * g
+        return value, slope, curve
+
+    def speeds(self, aside: Any) -> np.ndarray:
+        """Return the lower and the upper w > 0 on the curve, NaN if missing; shape (2, ...)."""
+        a, b, c = self.at(np.asarray(aside))[0]
+        with np.errstate(all="ignore"):
+            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
+            squares = np.array([q / a, c / q])
+        return np.sort(np.where((squares > 0.0) & np.isfinite(squares), squares, np.nan), axis=0)
+
+    def tilt(self, aside: Any, w: Any) -> Any:
+        """Return dh/dphi, which is 0 at a fold."""
+        return np.polyval(self.at(aside)[1], w)
+
+    def met(self, aside: float, w: float) -> tuple[float, float] | None:
+        """Return the nearest fold by Newton's method on h and dh/dphi; None if it fails."""
+        for _ in range(60):
+            value, slope, bend = self.at(aside)
+            lift = np.array([2.0 * value[0] * w + value[1], 2.0 * slope[0] * w + slope[1]])
+            # Newton's variables are log tan(-phi/2) and log w, both of which stay positive. The
+            # derivative of the first by phi is -1 / sin(-phi).
+            turn = -2.0 * aside / (1.0 + aside**2)
+            ways = np.array([[turn * np.polyval(slope, w), w * lift[0]],
+                             [turn * np.polyval(bend, w), w * lift[1]]])  # fmt: skip
+            off = np.array([np.polyval(value, w), np.polyval(slope, w)])
+            if not np.isfinite(ways).all() or np.linalg.matrix_rank(ways) < 2:
+                return None
+            step = np.linalg.solve(ways, off)
+            step *= min(1.0, 0.3 / max(float(np.abs(step).max()), 1e-300))
+            aside, w = aside * math.exp(-step[0]), w * math.exp(-step[1])
+            if np.abs(step).max() < 1e-13:
+                return aside, w
+        return None
+
+
+def _cubic(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
+    per = 1.0 / rotor.unbalance
+    curve = _Curve(
+        rotor.mass * per,
+        rotor.stiffness * per,
+        rotor.cubic_stiffness * per,
+        moment * per,
+        rotor.unbalance / rotor.damping,
+    )
+    for aside, w in _near_folds(curve):
+        value, _, bend = curve.at(aside)
+        rise = 2.0 * value[0] * w + value[1]
+        kind = "appear" if np.polyval(bend, w) * rise < 0.0 else "vanish"
+        yield Fold(w, curve.reach * 2.0 * aside / (1.0 + aside**2) * w, kind)
+
+
+def _near_folds(curve: _Curve) -> Iterator[tuple[float, float]]:
+    """Yield tan(-phi/2) and w near each fold."""
+    speeds = curve.speeds(ASIDE)
+    signs = np.sign(curve.tilt(ASIDE, speeds))
+    for part in (0, 1):
+        for k in np.flatnonzero(signs[part, :-1] * signs[part, 1:] < 0.0):
+
+            def tilt(log_aside: float, part: int = part) -> float:
+                aside = math.exp(log_aside)
+                return float(curve.tilt(aside, curve.speeds(aside)[part]))
+
+            ends = math.log(ASIDE[k]), math.log(ASIDE[k + 1])
+            aside = math.exp(brentq(tilt, *ends, xtol=1e-15, rtol=1e-15))
+            yield aside, float(curve.speeds(aside)[part])
+    # Folds where the two parts meet: between the last points with two speeds and the next ones.
+    both = np.isfinite(speeds).all(axis=0)
+    for k in np.flatnonzero(both & (signs[0] * signs[1] < 0.0)):
+        if not both[max(k - 1, 0)] or not both[min(k + 1, len(ASIDE) - 1)]:
+            fold = curve.met(float(ASIDE[k]), float(np.sqrt(speeds[0, k] * speeds[1, k])))
+            if fold is not None:
+                yield fold

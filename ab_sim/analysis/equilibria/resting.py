@@ -22,6 +22,7 @@ from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspens
 from ab_sim.model.equations.effects.suspension import Suspension
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import Spindle, Start
 
 LEFT_OUT = ("rolling_friction", "race_friction", "ball_contact")
 """Effects that are set-valued where balls rest; stability verdicts exclude them."""
@@ -44,10 +45,11 @@ def resting_system(scene: Scene) -> System:
             or its speed is a state.
     """
     require_built_in(scene, "the search for resting states")
-    effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
-    if scene.deck is None and "gravity" in effects and not any(effects["gravity"].gravity()):
-        del effects["gravity"]
-    smooth = scene.model_copy(update={"effects": effects})
+    smooth = without_events(scene)
+    gravity = smooth.effects.get("gravity")
+    if scene.deck is None and gravity is not None and not any(gravity.gravity()):
+        others = {name: effect for name, effect in smooth.effects.items() if name != "gravity"}
+        smooth = smooth.model_copy(update={"effects": others})
     system = held(smooth, 0.0).system
     if has_spindle_angle(system):
         raise SceneError(
@@ -56,6 +58,29 @@ def resting_system(scene: Scene) -> System:
             "the scene"
         )
     return system
+
+
+def without_events(scene: Scene) -> Scene:
+    """Return the scene without the effects in ``LEFT_OUT``."""
+    effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
+    return scene.model_copy(update={"effects": effects})
+
+
+def running_at(scene: Scene, speed: float, ball_angles: tuple[float, ...] | None = None) -> Scene:
+    """Return a scene ``without_events`` that runs at a constant speed from its start.
+
+    Args:
+        scene: scene; its profile and requested accuracy are removed.
+        speed: spindle speed w [rad/s].
+        ball_angles: start angles [rad]; None for the default ones.
+    """
+    spindle = Spindle(
+        max_speed=max(scene.spindle.max_speed, abs(speed)),
+        max_acceleration=scene.spindle.max_acceleration,
+    )
+    start = Start(speed=speed, ball_angles=ball_angles)
+    changes = {"start": start, "spindle": spindle, "profile": None, "accuracy": None}
+    return without_events(scene).model_copy(update=changes)
 
 
 def _what_turns(scene: Scene) -> str:

@@ -11,12 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.equilibria.resting import LEFT_OUT, resting_system, state_of
+from ab_sim.analysis.equilibria.resting import resting_system, running_at, state_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
 from ab_sim.scene.model import Scene
-from ab_sim.scene.sections import Spindle, Start
 
 SIZE = 0.2
 """Default size of a disturbance; its units are those of ``settles``.
@@ -89,7 +88,7 @@ def settles(
     rest = state_of(system, speed, state.u, state.theta)
     deck = [length, length, length * speed, length * speed]
     scale = np.abs(np.array([*deck, *[1.0] * n, *[speed] * n]))
-    drive = Drive(_held(scene, speed, state))
+    drive = Drive(running_at(scene, speed, tuple(state.theta.tolist())))
     steps = max(1, math.ceil(turns * math.pi / abs(speed) / drive.step))
     in_all = 4 * len(rest) * steps
     if in_all > MOST_STEPS:
@@ -122,19 +121,3 @@ def _off(final: np.ndarray, rest: np.ndarray, scale: np.ndarray, n: int, zeros: 
     if zeros:
         apart[4 : 4 + n] = 0.0
     return float(np.abs(apart).max())
-
-
-def _held(scene: Scene, speed: float, state: RestingState) -> Scene:
-    """Return the scene at constant speed, starting at rest on the rotating axes."""
-    effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
-    start = Start(speed=speed, ball_angles=tuple(state.theta.tolist()))
-    limit = max(scene.spindle.max_speed, abs(speed))
-    spindle = Spindle(max_speed=limit, max_acceleration=scene.spindle.max_acceleration)
-    changes = {
-        "effects": effects,
-        "start": start,
-        "spindle": spindle,
-        "profile": None,
-        "accuracy": None,
-    }
-    return scene.model_copy(update=changes)

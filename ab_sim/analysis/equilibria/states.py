@@ -1,14 +1,145 @@
-"""State of deck and balls at rest on the axes that turn with the rotor."""
+"""States of deck and balls at rest on the axes that turn with the rotor, with their eigenvalues.
+
+The eigenvalues are those of the running kernel's exact Jacobian. Equal balls at one place are
+interchangeable. Their relative motion decouples into identical 2x2 blocks, so that repeated
+eigenvalues are exact and 64 balls cost as little as a few. Equal balls in balance act on the deck
+only through sum t_i d_i, with t_i the tangents. Motions that do not change this sum decouple as
+well.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eig, matrix_balance
 
 from ab_sim.analysis.equilibria.resting import field_at, kinds_of, state_of
-from ab_sim.analysis.equilibria.spectrum import balanced_spectrum, spectrum_of
 from ab_sim.base.presentation import in_one_turn
+from ab_sim.model.dynamics.layout import StateLayout
 from ab_sim.model.dynamics.system import System
+
+SAFETY = 30.0
+"""Safety factor on the first-order rounding error of eigenvalues."""
+TOGETHER = 1e-9
+"""Angle below which balls are at one place [rad]."""
+
+
+class EigenvalueSpectrum(NamedTuple):
+    """Eigenvalues by falling real part, with bounds of their rounding errors."""
+
+    values: np.ndarray
+    """Eigenvalues [1/s], complex, shape (states,)."""
+    doubts: np.ndarray
+    """Bounds of the rounding errors [1/s], shape (states,)."""
+
+    def largest(self, structural_zeros: int) -> tuple[float, float]:
+        """Return the largest real part without structural zeros, and its error bound [1/s]."""
+        kept = np.ones(len(self.values), bool)
+        kept[np.argsort(np.abs(self.values), kind="stable")[:structural_zeros]] = False
+        if not kept.any():
+            return 0.0, 0.0
+        first = int(np.flatnonzero(kept)[0])
+        near = kept & (self.values.real + self.doubts >= self.values.real[first])
+        return float(self.values.real[first]), float(self.doubts[near].max())
+
+
+def spectrum_of(
+    jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray, kinds: Sequence[int]
+) -> EigenvalueSpectrum:
+    """Return the eigenvalues of a Jacobian at a state with balls at ``theta``.
+
+    Args:
+        jacobian: exact Jacobian, shape (states, states).
+        layout: layout of the states.
+        theta: ball angles [rad], shape (n,).
+        kinds: kind of each ball; equal balls share a number.
+    """
+    groups = _together(theta, kinds)
+    size, first = layout.size, layout.rates.start
+    common = np.zeros((size, size - 2 * (len(theta) - len(groups))))
+    common[layout.deck, layout.deck] = np.eye(layout.deck.stop)
+    modes = []
+    for k, group in enumerate(groups):
+        angles = layout.angles.start + np.array(group)
+        rates = first + np.array(group)
+        weight = len(group) ** -0.5
+        common[angles, layout.deck.stop + k] = weight
+        common[rates, layout.deck.stop + len(groups) + k] = weight
+        # Relative motion within the group: repeated eigenvalues of one 2x2 block.
+        if len(group) > 1:
+            one, other = (np.array([angles[i], rates[i]]) for i in (0, 1))
+            apart = jacobian[np.ix_(one, one)] - jacobian[np.ix_(one, other)]
+            modes += [_eigenvalues(apart)] * (len(group) - 1)
+    modes.append(_eigenvalues(common.T @ jacobian @ common))
+    return _sorted(modes)
+
+
+def balanced_spectrum(
+    jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray
+) -> EigenvalueSpectrum:
+    """Return the eigenvalues of a Jacobian if three or more equal balls balance.
+
+    Args:
+        jacobian, layout, theta: as for ``spectrum_of``, in an isotropic suspension.
+    """
+    basis, across = reaching_the_deck(layout, theta)
+    alone = across.T @ jacobian @ across
+    once = _eigenvalues(basis.T @ jacobian @ basis)
+    return _sorted([once, *[_eigenvalues(alone)] * (len(theta) - 2)])
+
+
+def reaching_the_deck(layout: StateLayout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a basis of motions that act on the deck, and one motion that does not.
+
+    There must be three or more balls.
+
+    Returns:
+        Orthonormal columns. First: the deck's states, two combinations of angles and the same two
+        of rates. Second: one further combination of angles and of rates, which represents n - 2
+        equivalent ones.
+    """
+    along = np.linalg.svd(np.array([-np.sin(theta), np.cos(theta)]))[2]
+    felt, apart = np.zeros((layout.size, layout.deck.stop + 4)), np.zeros((layout.size, 2))
+    felt[layout.deck, layout.deck] = np.eye(layout.deck.stop)
+    felt[layout.angles, -4:-2] = felt[layout.rates, -2:] = along[:2].T
+    apart[layout.angles, 0] = apart[layout.rates, 1] = along[2]
+    return felt, apart
+
+
+def _sorted(spectra: Sequence[tuple[np.ndarray, np.ndarray]]) -> EigenvalueSpectrum:
+    values = np.concatenate([values_and_doubts[0] for values_and_doubts in spectra])
+    doubts = np.concatenate([values_and_doubts[1] for values_and_doubts in spectra])
+    order = np.lexsort((values.imag, -values.real))
+    return EigenvalueSpectrum(values[order], doubts[order])
+
+
+def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
+    """Group equal balls that are at one place."""
+    groups: list[list[int]] = []
+    for i, angle in enumerate(theta):
+        for group in groups:
+            apart = np.angle(np.exp(1j * (angle - theta[group[0]])))
+            if kinds[group[0]] == kinds[i] and abs(apart) <= TOGETHER:
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def _eigenvalues(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return eigenvalues and their rounding errors, eps |A| / |y^H x| (Wilkinson)."""
+    balanced = matrix_balance(matrix, permute=False)[0]
+    values, left_vectors, right = eig(balanced, left=True, right=True)  # type: ignore[misc]
+    aligned = np.abs(np.einsum("ij,ij->j", left_vectors.conj(), right))
+    norm = np.linalg.norm(balanced)
+    doubts = SAFETY * np.finfo(float).eps * norm / np.maximum(aligned, 1e-300)
+    # The first-order error of a double eigenvalue is infinite; its actual error is of order
+    # sqrt(eps).
+    return values, np.minimum(doubts, SAFETY * norm * np.finfo(float).eps ** 0.5)
+
 
 WORDS = {True: "stable", False: "unstable", None: "undecided"}
 

@@ -8,8 +8,7 @@ from ab_sim.analysis.floquet.stability import (
     none_found,
     solutions_of,
 )
-from ab_sim.analysis.floquet.starts import STARTS
-from ab_sim.analysis.floquet.turn import Orbit, TurnMap
+from ab_sim.analysis.floquet.turn import STARTS, Orbit, TurnMap
 
 __all__ = [
     "STARTS",

@@ -5,15 +5,12 @@ circulates once around the race in T = 2 pi / (w - s). The state is then the sam
 angles of the bunch: P_T(y) = y - 2 pi for its balls. T is unknown, and the phase is arbitrary, so
 that one multiplier is 1.
 
-Newton's method starts from the closed form (``analysis.circulating``). Either T is unknown, or s is
-given and the spindle speed or another parameter is unknown. As a function of s, a branch continues
-across its folds.
+Newton's method starts from the closed form (``analysis.circulating``).
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 6.5.1 (autonomous systems).
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,12 +21,6 @@ from ab_sim.analysis.floquet.turn import CLOSED, FARTHEST, FLAT, MOST, NEWTON, R
 from ab_sim.analysis.held_speed import held
 from ab_sim.base.errors import SceneError
 from ab_sim.scene.model import Scene
-
-APART = 1e-6
-"""Relative step of a parameter for a finite difference."""
-
-Case = Callable[[float], tuple[Scene, float]]
-"""Function that returns the scene and its spindle speed [rad/s] for a value of a parameter."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +37,6 @@ class CirculatingSolution:
     """States on the rotor's axes, at the start and after each step, shape (steps + 1, states)."""
     monodromy: np.ndarray
     """Monodromy matrix, shape (states, states)."""
-    value: float
-    """Value of the parameter; the spindle speed if T was unknown."""
 
     @property
     def speed(self) -> float:
@@ -121,43 +110,6 @@ def circulating_solution(scene: Scene, bunch: CirculatingBunch) -> CirculatingSo
     return None
 
 
-def solution_at(case: Case, near: CirculatingSolution, speed: float) -> CirculatingSolution | None:
-    """Return the solution with a given bunch speed, with the parameter as an unknown.
-
-    Args:
-        case: function that applies the parameter.
-        near: solution for ``case(near.value)``, the initial guess.
-        speed: mean bunch speed s [rad/s].
-
-    Raises:
-        SceneError, InputError: a value gives no valid scene, or one without a beat map.
-    """
-    state, value, count = near.states[0].copy(), near.value, near.count
-    steps, best, missed = len(near.states) - 1, None, math.inf
-    for _ in range(NEWTON):
-        scene, w = case(value)
-        beat = BeatMap(scene, w, count)
-        period = 2.0 * math.pi / abs(w - speed)
-        flown = beat.turn.over(state, period, steps)
-        gap = beat.gap(flown.states)
-        now = float(np.abs(gap / beat.turn.scale).max())
-        # Once the gap no longer halves, the iteration has reached rounding.
-        if not math.isfinite(now) or (missed < CLOSED and now >= 0.5 * missed):
-            return best
-        best = CirculatingSolution(w, count, period, flown.states, flown.matrix, value)
-        missed = now
-        if missed <= ROUNDED:
-            return best
-        other = value * (1.0 + APART)
-        scene, w = case(other)
-        there = BeatMap(scene, w, count)
-        moved = there.turn.over(state, 2.0 * math.pi / abs(w - speed), steps, columns=0)
-        slope = (there.gap(moved.states) - gap) / (other - value)
-        state, changed = beat.step(state, flown.matrix, gap, slope, value)
-        value += changed
-    return best if missed < CLOSED else None
-
-
 class BeatMap:
     """Map P_T of the state over one beat, at a constant spindle speed.
 
@@ -203,9 +155,7 @@ class BeatMap:
             if not math.isfinite(now) or (missed < CLOSED and now >= 0.5 * missed):
                 return best
             missed = now
-            best = CirculatingSolution(
-                self.speed, self.count, period, flown.states, flown.matrix, self.speed
-            )
+            best = CirculatingSolution(self.speed, self.count, period, flown.states, flown.matrix)
             if missed <= ROUNDED:
                 return best
             slope = self._field.slope(0.0, flown.states[-1])

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 import ab_sim
-from ab_sim.analysis.floquet.starts import STARTS, find_orbit
-from ab_sim.analysis.floquet.turn import MOST, Orbit, TurnMap, within_turn
+from ab_sim.analysis.floquet.turn import MOST, STARTS, Orbit, TurnMap, find_orbit, within_turn
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.analysis.rest import rest_of
 from ab_sim.base.errors import InputError, nearest

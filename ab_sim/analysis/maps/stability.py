@@ -1,32 +1,31 @@
 """Stability maps: kinds of stable resting states over two parameters of a scene."""
 
 import functools
-import itertools
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 import ab_sim
 from ab_sim.analysis.circulating import why_not
-from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED, known_positions
+from ab_sim.analysis.equilibria.balanced import ALL, SAMPLED, known_positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
-from ab_sim.analysis.maps.checkpoint import PointCheckpoint
-from ab_sim.analysis.maps.circulation import (
+from ab_sim.analysis.maps.plane import SPEED, Plane
+from ab_sim.analysis.maps.refine import Point, refined
+from ab_sim.analysis.maps.verdicts import (
+    BALANCED,
     CIRCULATES,
+    EVERYWHERE,
     NOT_KNOWN,
     NOT_LOOKED_FOR,
     circulation_at,
-    circulation_points,
+    name_of,
+    verdict,
 )
-from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
-from ab_sim.analysis.maps.refine import Point, refined
-from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
+from ab_sim.analysis.result_cache import PointCheckpoint
 from ab_sim.base.presentation import Column, Columns, Presented, Progress
 from ab_sim.base.workers import Workers
-from ab_sim.scene.model import Scene
 
 COARSE = 8
 """Initial spacing of the points of a map."""
@@ -175,8 +174,8 @@ def stability_map(
     scene = plane.scene
     with (
         Workers(workers) as workers_,
-        PointCheckpoint(map_points, scene, numbers) as kept,
-        PointCheckpoint(circulation_points, scene, numbers) as beside,
+        PointCheckpoint(label_at, scene, numbers) as kept,
+        PointCheckpoint(circulation_at, scene, numbers) as beside,
     ):
 
         def verdicts(points: Sequence[Point]) -> list[int]:
@@ -195,17 +194,3 @@ def stability_map(
 def label_at(plane: Plane, point: Point) -> int:
     """Return the label of a point (row, column)."""
     return verdict(*plane.at(*point))
-
-
-def map_points(scene: Scene, speed: float, across: list[Any], up: list[Any]) -> dict[str, Any]:
-    """Return the cached data of a map: [row, column, label] of all points.
-
-    Args:
-        scene, speed: see ``Plane``.
-        across, up: key, first value, last value and number of values of an ``Axis``.
-    """
-    axes = (Axis(key, tuple(np.linspace(*rest).tolist())) for key, *rest in (across, up))
-    plane = Plane(scene, speed, *axes)
-    rows, columns = plane.shape
-    points = itertools.product(range(rows), range(columns))
-    return {"points": [[*point, label_at(plane, point)] for point in points]}

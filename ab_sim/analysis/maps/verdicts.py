@@ -1,19 +1,22 @@
-"""Labels of a map's points: one integer per combination of kinds of stable states."""
+"""Labels of a map's points: one integer per combination of kinds of stable states.
 
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
-from typing import NamedTuple
+A second label tells whether all balls can circulate in one bunch, by the closed form.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from ab_sim.analysis.circulating import drive_of, stalled
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.analysis.equilibria.at_speed import (
-    balanced_state,
-    clustered_place,
-    clustered_state,
+    RestingPlace,
+    balanced_place,
+    clustered_places,
 )
-from ab_sim.analysis.equilibria.extremes import positions_at
-from ab_sim.analysis.equilibria.patterns import patterns_of, radii
+from ab_sim.analysis.equilibria.balanced import positions_at
+from ab_sim.analysis.equilibria.patterns import patterns_of
 from ab_sim.analysis.equilibria.resting import (
     ClosedFormRotor,
     field_at,
@@ -21,8 +24,10 @@ from ab_sim.analysis.equilibria.resting import (
     rotor_of,
     state_of,
 )
-from ab_sim.analysis.equilibria.states import RestingState
-from ab_sim.model.dynamics.layout import StateLayout, layout_of
+from ab_sim.analysis.equilibria.states import RestingState, resting_state
+from ab_sim.analysis.held_speed import state_scale
+from ab_sim.analysis.maps.plane import Plane
+from ab_sim.analysis.maps.refine import Point
 from ab_sim.model.dynamics.system import RACE_RADIUS, System
 from ab_sim.scene.model import Scene
 
@@ -100,7 +105,7 @@ def label_of(branches: Iterable[RestingState]) -> int:
     return _label((kind_of(state), state.stable) for state in branches)
 
 
-def kind_of(state: RestingState) -> int:
+def kind_of(state: RestingState | RestingPlace) -> int:
     """Return EVERYWHERE for a balanced state, else CLUSTERED, SPLIT, SPREAD or PLAIN."""
     if len(state.theta) == 0 or state.label == "standing":
         return PLAIN
@@ -108,7 +113,7 @@ def kind_of(state: RestingState) -> int:
         return EVERYWHERE
     if state.label.startswith("spread"):
         return SPREAD
-    sides = np.cos(state.theta - (state.phase or 0.0)) > 0.0
+    sides = np.cos(state.theta - math.atan2(state.u[1], state.u[0])) > 0.0
     return SPLIT if sides.any() and not sides.all() else CLUSTERED
 
 
@@ -126,18 +131,6 @@ def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
     return label
 
 
-class _UnjudgedState(NamedTuple):
-    """Resting state whose stability has not been computed yet."""
-
-    kind: int
-    zeros: int
-    """Number of structural zeros among its eigenvalues."""
-    u: np.ndarray
-    theta: np.ndarray
-    state: Callable[[], RestingState]
-    """Function that returns the complete state, which takes longer."""
-
-
 def _verdicts(
     system: System, rotor: ClosedFormRotor, speed: float
 ) -> Iterator[tuple[int, bool | None]]:
@@ -146,44 +139,44 @@ def _verdicts(
     The eigenvalues of all states are computed together. States whose sign may be wrong due to
     rounding are computed again with error bounds.
     """
-    places = [*_clustered(system, rotor, speed), *_balanced(system, rotor, speed)]
+    places = [p for pattern in patterns_of(rotor) for p in clustered_places(rotor, speed, pattern)]
+    places += [balanced_place(rotor, theta) for theta in positions_at(system, rotor, speed)]
     if not places:
         return
     field = field_at(system, speed)
     jacobians = np.array(
         [field.jacobian(0.0, state_of(system, speed, p.u, p.theta)) for p in places]
     )
-    scale = _magnitudes(system, speed)
+    scale = state_scale(system, float(system.balls[0, RACE_RADIUS]), speed)
     doubts = NEAR * np.linalg.norm(jacobians * scale / scale[:, None], axis=(1, 2))
     for place, values, doubt in zip(places, np.linalg.eigvals(jacobians), doubts, strict=True):
-        kept = np.argsort(np.abs(values))[place.zeros :]
+        kept = np.argsort(np.abs(values))[place.structural_zeros :]
         growth = float(values.real[kept].max())
-        yield place.kind, growth < 0.0 if abs(growth) > doubt else place.state().stable
+        decided = abs(growth) > doubt
+        stable = growth < 0.0 if decided else resting_state(system, speed, *place).stable
+        yield kind_of(place), stable
 
 
-def _clustered(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_UnjudgedState]:
-    for pattern in patterns_of(rotor):
-        kind = CLUSTERED if len({*pattern.signs}) == 1 else SPLIT
-        roots = radii(rotor, pattern.moment, speed)
-        for rank, W in enumerate(roots):
-            place = clustered_place(rotor, speed, pattern, W)
-            state = partial(clustered_state, system, rotor, speed, pattern, roots, rank)
-            yield _UnjudgedState(kind, 0, *place, state)
+NOT_LOOKED_FOR = -1
+"""Code of a scene outside the closed form: see ``circulating.why_not``."""
+NONE_CIRCULATES = 0
+CIRCULATES = 1
+"""Code of a point at which all balls can circulate in a stable bunch."""
+NOT_KNOWN = 2
+"""Code of a point with a bunch whose swings are too large for the closed form."""
+CIRCULATION_NAMES = {
+    CIRCULATES: "balls can also circulate",
+    NOT_KNOWN: "whether they can is not known",
+}
 
 
-def _balanced(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_UnjudgedState]:
-    zeros = max(0, len(rotor.moments) - 2)
-    for theta in positions_at(system, rotor, speed):
-        state = partial(balanced_state, system, rotor, speed, theta)
-        yield _UnjudgedState(EVERYWHERE, zeros, np.zeros(2), theta, state)
-
-
-def _magnitudes(system: System, speed: float) -> np.ndarray:
-    """Return the scales of the state variables."""
-    layout: StateLayout = layout_of(system)
-    magnitudes = np.ones(layout.size)
-    magnitudes[layout.deck] = system.deck_model.scale(
-        float(system.balls[0, RACE_RADIUS]), abs(speed)
-    )
-    magnitudes[layout.rates] = abs(speed)
-    return magnitudes
+def circulation_at(plane: Plane, point: Point) -> int:
+    """Return the code of circulation at a point (row, column)."""
+    scene, speed = plane.at(*point)
+    drive = drive_of(scene)
+    if drive is None:
+        return NOT_LOOKED_FOR
+    if stalled(drive, speed, drive.balls) is not None:
+        return CIRCULATES
+    likely = stalled(drive, speed, drive.balls, known_only=False)
+    return NONE_CIRCULATES if likely is None else NOT_KNOWN

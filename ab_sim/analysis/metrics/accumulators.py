@@ -11,10 +11,8 @@ import numpy as np
 
 from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulation_of
 from ab_sim.analysis.metrics.judging import JudgedRuns, SampleBlock
-from ab_sim.analysis.metrics.mean_squares import MeanSquares
-from ab_sim.analysis.metrics.residuals import Residuals
+from ab_sim.analysis.metrics.statistics import CHANGE, MeanSquares, RotorResiduals, Trends
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
-from ab_sim.analysis.trend import CHANGE, Trends
 from ab_sim.base.presentation import TURN
 from ab_sim.drive.overlap import Overlap, OverlapAccumulator
 from ab_sim.drive.turn_vector import COARSEST
@@ -90,7 +88,8 @@ class FinalWhirlAccumulator:
         count = len(runs)
         self.mean_squares = MeanSquares(count)
         self._halves = MeanSquares(count), MeanSquares(count)
-        self._least, self._most = np.full(count, np.inf), np.full(count, -np.inf)
+        self._least, self.largest = np.full(count, np.inf), np.full(count, -np.inf)
+        """Largest whirl [m], shape (runs,)."""
         self._trends, self._disc_alone = Trends(count, runs.last), runs.numbers.disc_alone
         self._first_half, self._taken = runs.last - runs.last // 2, 0
 
@@ -107,17 +106,12 @@ class FinalWhirlAccumulator:
         self._halves[1].take_squares(squares[:, first:])
         self._taken += block.late
         self._least = np.minimum(self._least, whirl.min(axis=1))
-        self._most = np.maximum(self._most, whirl.max(axis=1))
-
-    @property
-    def largest(self) -> np.ndarray:
-        """Largest whirl [m], shape (runs,)."""
-        return self._most
+        self.largest = np.maximum(self.largest, whirl.max(axis=1))
 
     @property
     def span(self) -> list[tuple[float, float]]:
         """Smallest and largest whirl [m]."""
-        return list(zip(self._least.tolist(), self._most.tolist(), strict=True))
+        return list(zip(self._least.tolist(), self.largest.tolist(), strict=True))
 
     @property
     def halves(self) -> list[tuple[float, float]]:
@@ -210,24 +204,21 @@ class ResidualAccumulator:
     def __init__(self, runs: JudgedRuns) -> None:
         numbers = runs.numbers
         self._own = numbers.unbalance
-        self._unbalance = Residuals(numbers.moments, numbers.unbalance)
+        self.unbalance = RotorResiduals(numbers.moments, numbers.unbalance)
+        """Residual unbalance as a fraction of the rotor's."""
         self._trends, self._most = Trends(len(runs), runs.last), numbers.most_unbalance
-        self._couple = Residuals(numbers.moments * numbers.heights, numbers.couple)
+        self.couple = RotorResiduals(numbers.moments * numbers.heights, numbers.couple)
+        """Residual couple as a fraction of the rotor's."""
 
     def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
         if block.late == 0:
             return
         angles = np.ascontiguousarray(block.late_ball_angles)
-        squares = self._unbalance.take(angles)
+        squares = self.unbalance.take(angles)
         self._trends.take(np.sqrt(squares), squares)
-        if self._couple.any:
-            self._couple.take(angles)
-
-    @property
-    def unbalance(self) -> list[float | None]:
-        """Residual unbalance as a fraction of the rotor's; None without an unbalance."""
-        return self._unbalance.found
+        if self.couple.any:
+            self.couple.take(angles)
 
     @property
     def rises(self) -> np.ndarray:
@@ -235,14 +226,9 @@ class ResidualAccumulator:
         return np.asarray(self._trends.found(CHANGE * self._most) > 0)
 
     @property
-    def couple(self) -> list[float | None]:
-        """Residual couple as a fraction of the rotor's; None without a couple."""
-        return self._couple.found
-
-    @property
     def left(self) -> np.ndarray:
         """Residual unbalance [kg m]; that of the balls if the rotor has none."""
-        values = self._unbalance.values
+        values = self.unbalance.values
         return np.where(self._own != 0.0, self._own * values, values)
 
 

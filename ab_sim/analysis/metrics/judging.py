@@ -12,7 +12,7 @@ import functools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -281,3 +281,25 @@ def _looks(kind: type[Any]) -> bool:
 
 def _after(kind: type[Any]) -> tuple[type[Any], ...]:
     return getattr(kind, "AFTER", ())
+
+
+class EachRun:
+    """Accumulator of several runs, with one instance of ``KIND`` per run.
+
+    An instance is created with the runs and the index of its run. Its ``take(samples, late)``
+    receives successive trajectories, of which the final ``late`` samples lie in the last stretch.
+    """
+
+    KIND: ClassVar[type[Any]]
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._single = [self.KIND(runs, number) for number in range(len(runs))]
+
+    def take(self, block: SampleBlock) -> None:
+        """Process the next samples."""
+        for accumulator, samples in zip(self._single, block.trajectories, strict=True):
+            accumulator.take(samples, block.late)
+
+    def each(self, name: str) -> list[Any]:
+        """Return an attribute of each run's instance."""
+        return [getattr(accumulator, name) for accumulator in self._single]

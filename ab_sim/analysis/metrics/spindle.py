@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from ab_sim.analysis.metrics.each_run import EachRun, JudgedRun
-from ab_sim.analysis.metrics.judging import JudgedRuns, SampleBlock
+from ab_sim.analysis.metrics.judging import EachRun, JudgedRuns, SampleBlock
 from ab_sim.drive.trajectory import Trajectory
 
 NEAR = 0.01
@@ -26,11 +25,11 @@ def _follows_the_start(time: np.ndarray) -> bool:
 class SpindleStart:
     """Time at which the commanded speed starts to change, in a single run."""
 
-    def __init__(self, run: JudgedRun) -> None:
+    def __init__(self, runs: JudgedRuns, number: int) -> None:
         self.found: float | None = None
         """Time of the last sample with the first command [s]; None if it never changes."""
         self._first, self._before = math.nan, math.nan
-        self._at_start = run.start_speed
+        self._at_start = float(runs.numbers.start_speed[number])
 
     def take(self, samples: Trajectory, late: int) -> None:
         """Process the next samples."""
@@ -47,22 +46,17 @@ class SpindleStart:
         self._before = float(time[-1])
 
 
-class SpindleStartAccumulator(EachRun[SpindleStart]):
+class SpindleStartAccumulator(EachRun):
     """Time at which the commanded speed starts to change."""
 
     KIND = SpindleStart
-
-    @property
-    def found(self) -> list[float | None]:
-        """Start times, see ``SpindleStart``."""
-        return [single.found for single in self.each]
 
 
 class SpindleTarget:
     """Time from which the spindle has its final commanded speed, in a single run."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self._latest = run.samples - run.last
+    def __init__(self, runs: JudgedRuns, number: int) -> None:
+        self._latest = runs.samples - runs.last
         self._begins, self._time, self._done = 0, math.nan, 0
         self._first, self._command = math.nan, math.nan
 
@@ -90,15 +84,10 @@ class SpindleTarget:
         return self._time if self._begins <= self._latest else None
 
 
-class SpindleTargetAccumulator(EachRun[SpindleTarget]):
+class SpindleTargetAccumulator(EachRun):
     """Time from which the spindle has its final commanded speed."""
 
     KIND = SpindleTarget
-
-    @property
-    def found(self) -> list[float | None]:
-        """Times, see ``SpindleTarget``."""
-        return [single.found for single in self.each]
 
 
 class TorqueAccumulator:

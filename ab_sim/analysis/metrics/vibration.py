@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ab_sim.analysis.metrics.each_run import EachRun, JudgedRun
+from ab_sim.analysis.metrics.judging import EachRun, JudgedRuns
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.engine.compiling import Cube, Table, compiled
 
@@ -138,8 +138,8 @@ def through_sections(sections: Table, state: Cube, values: Table) -> None:
 class BroadBand:
     """Largest vibration velocity along the axes of the scene's sensors, in a single run."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        sensors = run.scene.sensors.values()
+    def __init__(self, runs: JudgedRuns, number: int) -> None:
+        sensors = runs.scenes[number].sensors.values()
         self._places = [(np.array(sensor.position), sensor.axis_angle) for sensor in sensors]
         if not self._places:  # measure at C, along the deck's axes
             self._places = [(np.zeros(3), 0.0)]
@@ -149,7 +149,7 @@ class BroadBand:
         self._peak, self._last = 0.0, np.empty((0, 2))
         self._shown_late = self._shown = True
         self._begun = self._begun_late = 0
-        self._samples = run.samples
+        self._samples = runs.samples
 
     def take(self, samples: Trajectory, late: int) -> None:
         """Process the next samples."""
@@ -228,27 +228,7 @@ def _beside_the_band(speed: float) -> str | None:
     return f"the spindle's {turns:.4g} turns a second are {where} the band"
 
 
-class BroadBandAccumulator(EachRun[BroadBand]):
+class BroadBandAccumulator(EachRun):
     """Largest vibration velocity along the axes of the scene's sensors."""
 
     KIND = BroadBand
-
-    @property
-    def final(self) -> list[float | None]:
-        """Final values, see ``BroadBand``."""
-        return [single.final for single in self.each]
-
-    @property
-    def whole(self) -> list[float]:
-        """Unfiltered values, see ``BroadBand``."""
-        return [single.whole for single in self.each]
-
-    @property
-    def why_not(self) -> list[str | None]:
-        """Reasons of missing values, see ``BroadBand``."""
-        return [single.why_not for single in self.each]
-
-    @property
-    def peak(self) -> list[float | None]:
-        """Peak values, see ``BroadBand``."""
-        return [single.peak for single in self.each]

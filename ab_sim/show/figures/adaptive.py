@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
+from ab_sim.analysis.startup import AdaptiveOutcome, net_unbalance
 from ab_sim.control import State
 from ab_sim.drive.adaptive_controller import EstimatesAt
 from ab_sim.drive.trajectory import Trajectory

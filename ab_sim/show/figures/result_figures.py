@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from importlib import import_module
 
-from ab_sim.analysis.compared import Comparison
+from ab_sim.analysis.comparison import Comparison
 from ab_sim.analysis.floquet import Followed
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.base.errors import InputError

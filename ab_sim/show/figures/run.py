@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from ab_sim.analysis.adaptive import AdaptiveOutcome
-from ab_sim.analysis.compared import Compared, Comparison
+from ab_sim.analysis.comparison import Compared, Comparison
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest, rest_of
+from ab_sim.analysis.startup import AdaptiveOutcome
 from ab_sim.drive.controller import TimedDecision
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory

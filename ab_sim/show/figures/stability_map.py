@@ -12,14 +12,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.ndimage import gaussian_filter
 
-from ab_sim.analysis.maps.circulation import CIRCULATES, NAMES, NOT_KNOWN
 from ab_sim.analysis.maps.family import Family
 from ab_sim.analysis.maps.plane import SPEED, Plane
 from ab_sim.analysis.maps.stability import StabilityMap
 from ab_sim.analysis.maps.verdicts import (
     BALANCED,
+    CIRCULATES,
+    CIRCULATION_NAMES,
     EVERYWHERE,
     NO_STATE,
+    NOT_KNOWN,
     NOTHING,
     SOMEWHERE,
     UNDECIDED,
@@ -133,7 +135,7 @@ def draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
         )
         drawn.set_edgecolor(colour)
         drawn.set_linewidth(0.0)
-        text = f"{NAMES[label]}  {100 * inside.mean():.1f} %"
+        text = f"{CIRCULATION_NAMES[label]}  {100 * inside.mean():.1f} %"
         handles.append(Patch(facecolor="none", edgecolor=colour, hatch=hatch, label=text))
     return handles
 

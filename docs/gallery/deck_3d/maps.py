@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ab_sim import Scene
 from ab_sim.analysis.floquet import STARTS, TurnMap, largest_of
-from ab_sim.analysis.results import Results
+from ab_sim.analysis.result_cache import ResultCache
 from gallery.deck_3d.case import (
     SPEEDS,
     DeckParameters,
@@ -78,7 +78,7 @@ def _rows(each: Map, tell: Tell) -> np.ndarray:
     for k, value in enumerate(each.values.tolist()):
         tell(f"figure {each.number}", k, len(each.values))
         scene = deck_of(DeckParameters(**{each.key: value}))
-        row = Results(balanced_moduli).of(scene, speeds=OVER.tolist())
+        row = ResultCache(balanced_moduli).of(scene, speeds=OVER.tolist())
         found.append([np.nan if x is None else x for x in row["largest"]])
     return np.array(found)
 

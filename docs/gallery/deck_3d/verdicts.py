@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from ab_sim import Scene
 from ab_sim.analysis.floquet import Followed, follow, solutions_of
 from ab_sim.analysis.modes import vibration_of
-from ab_sim.analysis.results import Results
+from ab_sim.analysis.result_cache import ResultCache
 from ab_sim.show.figures.multipliers import draw_modulus_curve
 from gallery.deck_3d.case import (
     PUBLISHED,
@@ -93,7 +93,7 @@ def border_section(folder: Path, tell: Tell) -> PageSection:
         "Left: over the mounts' damping; right: over the number of balls, which have the same mass "
         "together. Shaded: stable; dotted: the published natural frequencies"
     )
-    least = Results(least_dampings).of(deck_of(DeckParameters()), speeds=[*ROTATION, 500.0])
+    least = ResultCache(least_dampings).of(deck_of(DeckParameters()), speeds=[*ROTATION, 500.0])
     lowest = Table(
         "Damping of a mount below which the balance is not stable",
         ("speed [rad/s]", "c [N s/m]"),

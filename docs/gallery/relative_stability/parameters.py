@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ab_sim.analysis.recovery.over_drag import kept_recovery
+from ab_sim.analysis.recovery import kept_recovery
 from ab_sim.scene.load import changed_scene
 from gallery.page import Cell, PageSection, Table
 from gallery.relative_stability.cases import PRINTED_MASSES, Tell, cases

@@ -6,8 +6,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ab_sim.analysis.recovery import DRAGS, Recovery, composite_of, in_one_ball
-from ab_sim.analysis.recovery.over_drag import kept_recovery, with_drag
+from ab_sim.analysis.recovery import (
+    DRAGS,
+    Recovery,
+    composite_of,
+    in_one_ball,
+    kept_recovery,
+    with_drag,
+)
 from ab_sim.scene.load import changed_scene
 from gallery.page import Cell, PageSection, Picture, Table
 from gallery.relative_stability.cases import BallMassCase, Tell, cases, written

@@ -8,8 +8,8 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from ab_sim import Scene
-from ab_sim.analysis.recovery.over_drag import with_drag
-from ab_sim.analysis.results import Results
+from ab_sim.analysis.recovery import with_drag
+from ab_sim.analysis.result_cache import ResultCache
 from gallery.page import PageSection
 from gallery.relative_stability.cases import Tell, cases, written
 from gallery.relative_stability.resting import strength
@@ -29,7 +29,7 @@ def strengths(scene: Scene, ratios: list[float]) -> dict[str, Any]:
 
 def strength_section(folder: Path, tell: Tell) -> PageSection:
     """Figure 3, as maps instead of surfaces."""
-    kept = Results(strengths)
+    kept = ResultCache(strengths)
     figure = Figure(figsize=(9, 9), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     for axes, case in zip(panels, cases(), strict=True):

@@ -4,13 +4,13 @@ import functools
 import itertools
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ab_sim import Scene, Trajectory, load_scene, simulate_batch
-from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.metrics import metrics_of
+from ab_sim.analysis.result_cache import PointCheckpoint
 from ab_sim.base.workers import Workers
 from gallery.thesis.drive import BASE, Parameters, Period, Tell, variation_of
 
@@ -68,8 +68,7 @@ def many(
     numbers = {"variations": list(map(dict, variations)), "every": EVERY}
     with (
         Workers(os.cpu_count() or 1) as workers,
-        # Known by the judge's name; it is not called there.
-        PointCheckpoint(cast("Callable[..., dict[str, Any]]", judge), scene, numbers) as kept,
+        PointCheckpoint(judge, scene, numbers) as kept,
     ):
 
         def run(wanted: Sequence[tuple[int, int]]) -> Iterable[Any]:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ab_sim import equilibria
-from ab_sim.analysis.maps.balls import BallCountComparison
+from ab_sim.analysis.maps.family import BallCountComparison
 from ab_sim.analysis.maps.plane import SPEED, Plane, axis
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import CLUSTERED

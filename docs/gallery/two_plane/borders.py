@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from ab_sim.analysis.floquet import follow, solutions_of
-from ab_sim.analysis.results import Results
+from ab_sim.analysis.result_cache import ResultCache
 from gallery.deck_3d.maps import balanced_moduli
 from gallery.page import PageSection, Table
 from gallery.two_plane.long_rotor import DYNAMIC, STATIC, long_rotor, long_scene
@@ -168,7 +168,7 @@ def _draw(axes: Axes, chart: Chart, tell: Tell) -> None:
     for k, mass in enumerate(MASSES.tolist()):
         tell(f"{chart.name}: map", k, len(MASSES))
         scene = long_scene(long_rotor(**chart.unbalance, ball_mass=mass), 3.0, 1.0)
-        row = Results(balanced_moduli).of(scene, speeds=OVER.tolist())["largest"]
+        row = ResultCache(balanced_moduli).of(scene, speeds=OVER.tolist())["largest"]
         moduli.append([np.nan if x is None else x for x in row])
     # Growth is steep on one side of a border only, which would move a line drawn between points.
     growth = np.clip(np.log(moduli), -5e-3, 5e-3)

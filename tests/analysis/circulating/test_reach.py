@@ -16,8 +16,7 @@ from ab_sim.analysis.circulating import (
     reach_over_speed,
     stalled,
 )
-from ab_sim.analysis.circulating.bunch import MOST_SWING
-from ab_sim.analysis.circulating.drive import BunchDrive
+from ab_sim.analysis.circulating.bunch import MOST_SWING, BunchDrive
 from ab_sim.analysis.circulating.reach import END, FOLD, SWING, UNSTABLE
 from tests.analysis.circulating.runs import AT, mean_speeds, stalling
 

@@ -12,10 +12,11 @@ from ab_sim.analysis.equilibria.balanced import (
     completed,
     doubling,
     ends,
+    growths,
     positions,
+    positions_at,
     symmetric,
 )
-from ab_sim.analysis.equilibria.extremes import growths, positions_at
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
 from ab_sim.base.presentation import in_one_turn
 from tests.analysis.equilibria.drives import altered, base, drive

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ab_sim.analysis.equilibria.folds import folds_of
-from ab_sim.analysis.equilibria.patterns import radii
+from ab_sim.analysis.equilibria.patterns import folds_of, radii
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.analysis.equilibria import equilibria_of, settles, spectrum, sticking
+from ab_sim.analysis.equilibria import equilibria_of, settles, sticking
+from ab_sim.analysis.equilibria import states as states_module
 from ab_sim.analysis.equilibria.resting import field_at, resting_system, state_of
 from ab_sim.drive import Drive
 from ab_sim.scene import load_scene
@@ -132,13 +133,13 @@ def test_what_does_not_reach_the_deck_decouples(monkeypatch: pytest.MonkeyPatch)
     scene, speed = drive(m=(1.5e-3 / 12,) * 12), 130.0
     system = resting_system(scene)
     sizes = []
-    small = spectrum._eigenvalues
+    small = states_module._eigenvalues
     monkeypatch.setattr(
-        spectrum, "_eigenvalues", lambda matrix: sizes.append(len(matrix)) or small(matrix)
+        states_module, "_eigenvalues", lambda matrix: sizes.append(len(matrix)) or small(matrix)
     )
-    states = [s for s in equilibria_of(scene, speed).branches if s.label.startswith("balanced")]
-    assert len(states) == 3 and max(sizes) <= 12
-    for state in states:
+    balanced = [s for s in equilibria_of(scene, speed).branches if s.label.startswith("balanced")]
+    assert len(balanced) == 3 and max(sizes) <= 12
+    for state in balanced:
         at = state_of(system, speed, state.u, state.theta)
         whole = np.linalg.eigvals(field_at(system, speed).jacobian(0.0, at))
         left = list(state.eigenvalues)

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.floquet import STARTS, TurnMap, follow, solutions_of
-from ab_sim.analysis.floquet.simulated import growth_of
-from ab_sim.analysis.floquet.stability import multiplier_distance
-from ab_sim.analysis.floquet.starts import balanced_angles
+from ab_sim.analysis.floquet.stability import Stability, multiplier_distance
+from ab_sim.analysis.floquet.turn import balanced_angles
 from ab_sim.analysis.held_speed import held
 from ab_sim.base.errors import InputError, SceneError
-from ab_sim.scene import check_scene, load_scene
+from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene import Scene, check_scene, load_scene
+from ab_sim.scene.load import changed_scene
 from tests.analysis.floquet.scenes import PLANE, deck, equal, plane
 from tests.conftest import merge
 
@@ -181,6 +183,30 @@ def test_a_ball_that_hangs_in_space_is_periodic_too() -> None:
     assert hanging.stable and turning.stable
     carried = math.asin(drag * 0.01 * speed / (1e-4 * 9.80665))
     assert hanging.angles[0] == pytest.approx(-math.pi / 2 + carried, abs=0.02)
+
+
+def growth_of(scene: Scene, found: Stability, turns: int, size: float = 1e-6) -> float:
+    """Return the mean growth per turn of a small disturbance, over the second half of a run."""
+    turn = TurnMap(scene, found.speed)
+    way = turn.ways(found.orbit.start)
+    away = turn.scale * (way @ (way.T @ np.random.default_rng(0).normal(size=turn.layout.size)))
+
+    def run(state: np.ndarray) -> Trajectory:
+        most = max(scene.spindle.max_speed, abs(found.speed))
+        drive = Drive(
+            changed_scene(scene, {"start.speed": found.speed, "spindle.max_speed": most}, "held")
+        )
+        drive.restore(drive.snapshot()._replace(state=state))
+        return drive.advance(round(turns * found.period / drive.step))
+
+    one, other = run(found.orbit.start), run(found.orbit.start + size * away)
+    apart = np.abs(one.position - other.position).max(axis=1) / turn.scale[0]
+    if not found.structural:
+        # Along a manifold of balanced positions, displaced balls neither return nor depart.
+        apart = np.maximum(apart, np.abs(one.ball_angles - other.ball_angles).max(axis=1))
+    length, middle = round(found.period / scene.solver.step), len(apart) // 2
+    first, last = apart[middle : middle + length].max(), apart[-length:].max()
+    return float((last / first) ** (length / (len(apart) - length - middle)))
 
 
 def test_verdicts_agree_with_runs() -> None:

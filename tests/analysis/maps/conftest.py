@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.analysis import results
+from ab_sim.analysis import result_cache
 
 
 @pytest.fixture(autouse=True)
 def own_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(results, "results_folder", lambda: tmp_path)
+    monkeypatch.setattr(result_cache, "results_folder", lambda: tmp_path)
     return tmp_path

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from ab_sim.analysis.maps import checkpoint
+from ab_sim.analysis import result_cache
 from ab_sim.analysis.maps.refine import Point
-from ab_sim.analysis.results import Results
+from ab_sim.analysis.result_cache import PointCheckpoint, ResultCache
 from ab_sim.scene import Scene
 from tests.conftest import SceneMaker
 
@@ -20,17 +20,17 @@ def values(scene: Scene, seed: int) -> dict[str, Any]:
 def test_they_are_on_disk_while_work_goes_on(
     scene: SceneMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(checkpoint, "SAVE_INTERVAL", 0.0)
+    monkeypatch.setattr(result_cache, "SAVE_INTERVAL", 0.0)
     made, numbers = scene(), {"seed": 1}
     seen: list[int] = []
 
     def compute(points: Sequence[Point]) -> Iterator[int]:
         for i, j in points:
-            found = Results(values).find(made, **numbers)
+            found = ResultCache(values).find(made, **numbers)
             seen.append(0 if found is None else len(found["points"]))
             yield 10 * i + j
 
     points = [(0, 0), (0, 1), (2, 3)]
-    with checkpoint.PointCheckpoint(values, made, numbers) as known:
+    with PointCheckpoint(values, made, numbers) as known:
         assert known.of(points, compute, "points") == [0, 1, 23]
     assert seen == [0, 1, 2]

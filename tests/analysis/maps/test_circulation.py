@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.circulating import drive_of, stalled
-from ab_sim.analysis.maps import stability
-from ab_sim.analysis.maps.circulation import (
+from ab_sim.analysis.maps import verdicts
+from ab_sim.analysis.maps.plane import Plane, axes_of
+from ab_sim.analysis.maps.stability import stability_map
+from ab_sim.analysis.maps.verdicts import (
     CIRCULATES,
     NONE_CIRCULATES,
     NOT_KNOWN,
     NOT_LOOKED_FOR,
     circulation_at,
 )
-from ab_sim.analysis.maps.plane import Plane, axes_of
-from ab_sim.analysis.maps.stability import stability_map
 from ab_sim.scene import load_scene
 from tests.analysis.circulating.runs import mean_speeds, stalling
 
@@ -72,7 +72,7 @@ def test_long_runs_agree_on_both_sides() -> None:
 
 def test_what_is_known_is_not_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
     first = stability_map(plane(), 8)
-    monkeypatch.setattr(stability, "circulation_at", lambda *_: 1 / 0)
+    monkeypatch.setattr(verdicts, "drive_of", lambda *_: 1 / 0)
     np.testing.assert_array_equal(stability_map(plane(), 8).circulating, first.circulating)
 
 

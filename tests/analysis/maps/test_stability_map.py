@@ -12,7 +12,7 @@ from ab_sim.analysis.equilibria.at_speed import balanced_state
 from ab_sim.analysis.equilibria.balanced import positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
 from ab_sim.analysis.maps import stability
-from ab_sim.analysis.maps.balls import BallCountComparison, plane_with_balls, with_balls
+from ab_sim.analysis.maps.family import BallCountComparison, plane_with_balls, with_balls
 from ab_sim.analysis.maps.plane import SPEED, Plane, axes_of, axis
 from ab_sim.analysis.maps.stability import StabilityMap, label_at, stability_map
 from ab_sim.analysis.maps.verdicts import (

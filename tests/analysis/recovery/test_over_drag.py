@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 
+from ab_sim.analysis import recovery
 from ab_sim.analysis.recovery import (
     DRAGS,
     Recovery,
     composite_of,
     in_one_ball,
-    over_drag,
     recover,
     recovery_over_drag,
 )
@@ -50,7 +50,7 @@ def test_two_balls_together_are_one_with_twice_the_drag(case: int) -> None:
     assert one.balls.count == 1 and one.balls.total_mass == scene.balls.total_mass
     assert one.start.ball_angles == pytest.approx(scene.start.ball_angles[:1])
     together = recover(scene)
-    single = recover(over_drag.with_drag(one, 0.4))
+    single = recover(recovery.with_drag(one, 0.4))
     assert single.settling_time == pytest.approx(together.settling_time, abs=1e-8)
     assert single.maximum_amplitude == pytest.approx(together.maximum_amplitude, rel=1e-10)
 
@@ -73,7 +73,7 @@ def test_what_was_computed_is_not_computed_again(monkeypatch: pytest.MonkeyPatch
     def never(*_: Any) -> Recovery:
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(over_drag, "recover", never)
+    monkeypatch.setattr(recovery, "recover", never)
     assert recovery_over_drag(scene, (0.2, 0.3)) == first
 
 

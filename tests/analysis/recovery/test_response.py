@@ -8,8 +8,7 @@ import pytest
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.analysis.equilibria.balanced import completed
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
-from ab_sim.analysis.recovery import recover
-from ab_sim.analysis.recovery.response import nearest_state, settled_at
+from ab_sim.analysis.recovery import nearest_state, recover, settled_at
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import load_scene

@@ -12,13 +12,16 @@ import hashlib
 import json
 import logging
 import pkgutil
-from collections.abc import Callable, Iterable, Mapping
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import ab_sim
+from ab_sim.analysis.maps.refine import Point
 from ab_sim.base.errors import visible
 from ab_sim.base.files import cache_folder, write_whole
+from ab_sim.base.presentation import Progress
 from ab_sim.base.sources import NotOfSources, sources, versions
 from ab_sim.engine.integrate import steppers as steppers_folder
 from ab_sim.engine.integrate.registry import steppers
@@ -28,7 +31,7 @@ Result = dict[str, Any]
 """JSON-able mapping: mappings, lists, texts, finite numbers, booleans, None."""
 
 
-class Results:
+class ResultCache:
     """Cached results of one function: ``function(scene, **numbers)``.
 
     Processes may share the cache: files are written atomically.
@@ -158,3 +161,63 @@ def _canonical(value: Any) -> str:
 def _say(line: str) -> None:
     """Log a line once; it goes to standard error unless logging is configured."""
     logging.getLogger("ab_sim").warning(visible(line))
+
+
+SAVE_INTERVAL = 20.0
+"""Time between two checkpoints [s]: the most work that an interruption loses."""
+
+
+class PointCheckpoint:
+    """Computed values of a grid's points, saved periodically and at the end of the ``with`` block.
+
+    Args:
+        function: module-level function that computes the values; it names the checkpoint.
+        scene, numbers: further parts of the key; ``numbers`` is JSON-able.
+    """
+
+    def __init__(self, function: Callable[..., Any], scene: Scene, numbers: dict[str, Any]) -> None:
+        self._results, self._scene, self._numbers = ResultCache(function), scene, numbers
+        stored = self._results.find(scene, **numbers) or {"points": []}
+        self._values: dict[Point, Any] = {(i, j): value for i, j, value in stored["points"]}
+        self._on_disk = len(self._values)
+        self._saved_at = time.monotonic()
+
+    def __enter__(self) -> "PointCheckpoint":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._save()
+
+    def _save(self) -> None:
+        if len(self._values) > self._on_disk:
+            points = [[*point, value] for point, value in self._values.items()]
+            self._results.keep({"points": points}, self._scene, **self._numbers)
+        self._on_disk, self._saved_at = len(self._values), time.monotonic()
+
+    def of(
+        self,
+        points: Sequence[Point],
+        compute: Callable[[Sequence[Point]], Iterable[Any]],
+        what: str,
+        tell: Progress | None = None,
+    ) -> list[Any]:
+        """Return the values of points; missing values are computed.
+
+        Args:
+            points: row and column of each point.
+            compute: function that returns JSON-able values of points, one by one.
+            what: name of the work, for ``tell``.
+            tell: progress callback; an exception in it ends the work; computed points are saved.
+        """
+        wanted = [point for point in points if point not in self._values]
+        before = len(self._values)
+        most = before + len(wanted)
+        if tell is not None:
+            tell(what, before, most)
+        for point, value in zip(wanted, compute(wanted), strict=True):
+            self._values[point] = value
+            if time.monotonic() - self._saved_at > SAVE_INTERVAL:
+                self._save()
+            if tell is not None:
+                tell(what, len(self._values), most)
+        return [self._values[point] for point in points]
