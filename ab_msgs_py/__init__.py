@@ -6,10 +6,9 @@ such as ``/clock`` and ``/diagnostics``.
 """
 
 from ab_msgs_py.block import Block
-from ab_msgs_py.errors import MalformedMessage
 from ab_msgs_py.health import ENDED, Health, Level, Task
-from ab_msgs_py.imu import ImuSample
-from ab_msgs_py.samples import JointSample, PoseSample, VibrationSample, WhirlSample
+from ab_msgs_py.ros_messages import MalformedMessage
+from ab_msgs_py.samples import ImuSample, JointSample, PoseSample, VibrationSample, WhirlSample
 from ab_msgs_py.topic import Conversion, Qos, Topic
 
 __all__ = [

@@ -6,6 +6,7 @@ them, only the services are available.
 """
 
 import importlib
+import math
 from typing import Any, NamedTuple
 
 RUN = "~/run"
@@ -29,10 +30,10 @@ class Progress(NamedTuple):
     segments: int
     speed: float
     elapsed: float
-    critical_speed: float
-    critical_speed_deviation: float
-    net_unbalance: float
-    net_unbalance_deviation: float
+    critical_speed: float = math.nan
+    critical_speed_deviation: float = math.nan
+    net_unbalance: float = math.nan
+    net_unbalance_deviation: float = math.nan
 
 
 class Outcome(NamedTuple):

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_msgs_py.errors import MalformedMessage
-from ab_msgs_py.ros_messages import Fields
+from ab_msgs_py.ros_messages import Fields, MalformedMessage
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""ROS messages from plain fields; ROS is imported on first use."""
+"""ROS messages from plain fields, and the error of invalid ones; ROS is imported on first use."""
 
 import array
 import importlib
@@ -6,6 +6,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+
+
+class MalformedMessage(ValueError):
+    """Message without the layout of the contract; the text names the part and what is expected."""
+
 
 Fields = dict[str, Any]
 """All fields of a message by name; fields of nested messages are dictionaries, too."""

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.service import Service
 from std_srvs.srv import SetBool, Trigger
 
-from ab_msgs_py.errors import MalformedMessage
+from ab_msgs_py.ros_messages import MalformedMessage
 
 PAUSE = "~/pause"
 """SetBool: true pauses, false resumes."""

@@ -2,8 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ab_msgs_py.errors import MalformedMessage
-from ab_msgs_py.ros_messages import Fields
+from ab_msgs_py.ros_messages import Fields, MalformedMessage
 from ab_msgs_py.samples import nanoseconds_of, stamp
 
 JOINT = "spindle"

@@ -7,20 +7,9 @@ import numpy as np
 from ab_msgs_py import samples
 from ab_msgs_py.block import Block
 from ab_msgs_py.health import Health
-from ab_msgs_py.imu import ImuSample
-from ab_msgs_py.samples import JointSample, PoseSample, VibrationSample, WhirlSample
+from ab_msgs_py.samples import ImuSample, JointSample, PoseSample, VibrationSample, WhirlSample
 from ab_msgs_py.set_points import SetPoints
 from ab_msgs_py.topic import Conversion, Qos, Topic
-
-ALL: list[Topic] = []
-"""All declared topics, in the order of declaration."""
-
-
-def declare(topic: Topic) -> Topic:
-    """Add a topic to the contract and return it."""
-    ALL.append(topic)
-    return topic
-
 
 # All publishers share a subscription's queue, so that a flood of one evicts messages of others.
 # This depth is enough for 50,000 messages/s while the drive waits 0.1 s for a processor. Fast DDS
@@ -37,217 +26,179 @@ _TEXT = Conversion(samples.text_fields, samples.text_of)
 _FRAMES = Conversion(samples.frames_fields, samples.frames_of)
 _EACH_SCENE = "once, and after a scene or disc is loaded"
 
-COMMAND = declare(
-    Topic(
-        "spindle/command",
-        "std_msgs/msg/Float64",
-        Conversion(samples.number_fields, samples.number_of),
-        "target speed of the spindle",
-        "rad/s",
-        source="you, or `profile_controller`",
-        rate="yours; 200 1/s is enough",
-        qos=_BURSTS,
-    )
+COMMAND = Topic(
+    "spindle/command",
+    "std_msgs/msg/Float64",
+    Conversion(samples.number_fields, samples.number_of),
+    "target speed of the spindle",
+    "rad/s",
+    source="you, or `profile_controller`",
+    rate="yours; 200 1/s is enough",
+    qos=_BURSTS,
 )
-TRAJECTORY = declare(
-    Topic(
-        "spindle/trajectory",
-        "trajectory_msgs/msg/JointTrajectory",
-        Conversion(SetPoints.fields, SetPoints.of),
-        "speeds of the spindle over simulated time, starting at the header's stamp",
-        "rad/s, rad/s²",
-        source="you, or `profile_controller`",
-        rate="once for each start-up, in advance",
-    )
+TRAJECTORY = Topic(
+    "spindle/trajectory",
+    "trajectory_msgs/msg/JointTrajectory",
+    Conversion(SetPoints.fields, SetPoints.of),
+    "speeds of the spindle over simulated time, starting at the header's stamp",
+    "rad/s, rad/s²",
+    source="you, or `profile_controller`",
+    rate="once for each start-up, in advance",
 )
-JOINT_COMMAND = declare(
-    Topic(
-        "spindle/joint_command",
-        "sensor_msgs/msg/JointState",
-        Conversion(samples.joint_speed_fields, samples.joint_speed_of),
-        "target speed of the joint `spindle`, from ros2_control",
-        "rad/s",
-        source="you, or `controller_manager`",
-        rate="yours; need not be repeated",
-        qos=_BURSTS,
-    )
+JOINT_COMMAND = Topic(
+    "spindle/joint_command",
+    "sensor_msgs/msg/JointState",
+    Conversion(samples.joint_speed_fields, samples.joint_speed_of),
+    "target speed of the joint `spindle`, from ros2_control",
+    "rad/s",
+    source="you, or `controller_manager`",
+    rate="yours; need not be repeated",
+    qos=_BURSTS,
 )
 TRAJECTORY_START, TRAJECTORY_ANSWER = "last trajectory [ns]", "last trajectory"
 """Keys in a drive's diagnostics: stamp of the last trajectory, and the answer to it."""
 FOLLOWED, PAST = "followed", "begins in the past"
 """Answer to a trajectory that the drive accepts, and beginning of the answer to one that starts in
 the past; other answers state why the trajectory is refused."""
-JOINT_STATES = declare(
-    Topic(
-        "joint_states",
-        "sensor_msgs/msg/JointState",
-        Conversion(JointSample.fields, JointSample.of),
-        "angle, rate and torque of spindle and balls",
-        "rad, rad/s, N m",
-    )
+JOINT_STATES = Topic(
+    "joint_states",
+    "sensor_msgs/msg/JointState",
+    Conversion(JointSample.fields, JointSample.of),
+    "angle, rate and torque of spindle and balls",
+    "rad, rad/s, N m",
 )
-VIBRATION = declare(
-    Topic(
-        "vibration",
-        "geometry_msgs/msg/AccelStamped",
-        Conversion(VibrationSample.fields, VibrationSample.of),
-        "readings of the accelerometers; without any, the deck's acceleration",
-        "m/s², rad/s²",
-        rate="`publish_rate`, for each sensor",
-    )
+VIBRATION = Topic(
+    "vibration",
+    "geometry_msgs/msg/AccelStamped",
+    Conversion(VibrationSample.fields, VibrationSample.of),
+    "readings of the accelerometers; without any, the deck's acceleration",
+    "m/s², rad/s²",
+    rate="`publish_rate`, for each sensor",
 )
-WHIRL = declare(
-    Topic(
-        "whirl",
-        "geometry_msgs/msg/PointStamped",
-        Conversion(WhirlSample.fields, WhirlSample.of),
-        "displacement of the deck, on inertial axes",
-        "m",
-    )
+WHIRL = Topic(
+    "whirl",
+    "geometry_msgs/msg/PointStamped",
+    Conversion(WhirlSample.fields, WhirlSample.of),
+    "displacement of the deck, on inertial axes",
+    "m",
 )
-ONCE_PER_TURN = declare(
-    Topic(
-        "whirl/once_per_turn",
-        "geometry_msgs/msg/PointStamped",
-        Conversion(WhirlSample.fields, WhirlSample.of),
-        "once-per-turn part of the displacement, on axes that turn with the spindle, x at the "
-        "unbalance",
-        "m",
-        rate="`wake_rate`, after the first whole turn",
-    )
+ONCE_PER_TURN = Topic(
+    "whirl/once_per_turn",
+    "geometry_msgs/msg/PointStamped",
+    Conversion(WhirlSample.fields, WhirlSample.of),
+    "once-per-turn part of the displacement, on axes that turn with the spindle, x at the "
+    "unbalance",
+    "m",
+    rate="`wake_rate`, after the first whole turn",
 )
-DECK_POSE = declare(
-    Topic(
-        "deck_pose",
-        "geometry_msgs/msg/PoseStamped",
-        Conversion(PoseSample.fields, PoseSample.of),
-        "position and orientation of the deck, on inertial axes",
-        "m",
-    )
+DECK_POSE = Topic(
+    "deck_pose",
+    "geometry_msgs/msg/PoseStamped",
+    Conversion(PoseSample.fields, PoseSample.of),
+    "position and orientation of the deck, on inertial axes",
+    "m",
 )
-TF = declare(
-    Topic(
-        "/tf",
-        "tf2_msgs/msg/TFMessage",  # PyPI has no wheel of it; distributions of ROS 2 include it
-        _FRAMES,
-        "transform of the deck relative to the housing",
-        "m",
-        qos=_TRANSFORMS,
-    )
+TF = Topic(
+    "/tf",
+    "tf2_msgs/msg/TFMessage",  # PyPI has no wheel of it; distributions of ROS 2 include it
+    _FRAMES,
+    "transform of the deck relative to the housing",
+    "m",
+    qos=_TRANSFORMS,
 )
-TF_STATIC = declare(
-    TF._replace(
-        name="/tf_static",
-        meaning="transforms of the accelerometers relative to the deck",
-        rate=_EACH_SCENE,
-        qos=_LATCHED,
-    )
+TF_STATIC = TF._replace(
+    name="/tf_static",
+    meaning="transforms of the accelerometers relative to the deck",
+    rate=_EACH_SCENE,
+    qos=_LATCHED,
 )
-BLOCK = declare(
-    Topic(
-        "vibration/block",
-        "std_msgs/msg/Float64MultiArray",
-        Conversion(Block.fields, Block.of),
-        "every integration step since the last block",
-        "SI",
-        rate="`block_rate`",
-        qos=_DEEP,
-    )
+BLOCK = Topic(
+    "vibration/block",
+    "std_msgs/msg/Float64MultiArray",
+    Conversion(Block.fields, Block.of),
+    "every integration step since the last block",
+    "SI",
+    rate="`block_rate`",
+    qos=_DEEP,
 )
-IMU = declare(
-    Topic(
-        "imu/data_raw",
-        "sensor_msgs/msg/Imu",
-        Conversion(ImuSample.fields, ImuSample.of),
-        "every sample of the scene's first accelerometer (REP-145)",
-        "m/s²",
-        rate="the sensor's `sample_rate`",
-        qos=_DEEP,
-    )
+IMU = Topic(
+    "imu/data_raw",
+    "sensor_msgs/msg/Imu",
+    Conversion(ImuSample.fields, ImuSample.of),
+    "every sample of the scene's first accelerometer (REP-145)",
+    "m/s²",
+    rate="the sensor's `sample_rate`",
+    qos=_DEEP,
 )
-PROBE = declare(
-    Topic(
-        "displacement",
-        "geometry_msgs/msg/PointStamped",
-        Conversion(WhirlSample.fields, WhirlSample.of),
-        "every sample of the scene's first proximity probe, along its axes",
-        "m",
-        rate="the probe's `sample_rate`",
-        qos=_DEEP,
-    )
+PROBE = Topic(
+    "displacement",
+    "geometry_msgs/msg/PointStamped",
+    Conversion(WhirlSample.fields, WhirlSample.of),
+    "every sample of the scene's first proximity probe, along its axes",
+    "m",
+    rate="the probe's `sample_rate`",
+    qos=_DEEP,
 )
-MODEL = declare(
-    Topic(
-        "robot_description",
-        "std_msgs/msg/String",
-        _TEXT,
-        "URDF of the drive, for robot_state_publisher",
-        rate=_EACH_SCENE,
-        qos=_LATCHED,
-    )
+MODEL = Topic(
+    "robot_description",
+    "std_msgs/msg/String",
+    _TEXT,
+    "URDF of the drive, for robot_state_publisher",
+    rate=_EACH_SCENE,
+    qos=_LATCHED,
 )
-DESCRIPTION = declare(
-    Topic(
-        "drive_description",
-        "std_msgs/msg/String",
-        Conversion(samples.json_fields, samples.description_of),
-        "scene, step, channels and stepper, as JSON",
-        rate="when the drive is ready, and after a scene or disc is loaded",
-        qos=_LATCHED,
-    )
+DESCRIPTION = Topic(
+    "drive_description",
+    "std_msgs/msg/String",
+    Conversion(samples.json_fields, samples.description_of),
+    "scene, step, channels and stepper, as JSON",
+    rate="when the drive is ready, and after a scene or disc is loaded",
+    qos=_LATCHED,
 )
-FAULTS = declare(
-    Topic(
-        "faults",
-        "std_msgs/msg/String",
-        Conversion(samples.json_fields, samples.faults_of),
-        "faults in force, as a JSON list of texts",
-        rate="at each change",
-        qos=_LATCHED,
-    )
+FAULTS = Topic(
+    "faults",
+    "std_msgs/msg/String",
+    Conversion(samples.json_fields, samples.faults_of),
+    "faults in force, as a JSON list of texts",
+    rate="at each change",
+    qos=_LATCHED,
 )
-PROFILE_STATUS = declare(
-    Topic(
-        "profile_controller/status",
-        "std_msgs/msg/String",
-        _TEXT,
-        "state of the profile: a word, with details after a colon",
-        source="`profile_controller`",
-        rate="at each change",
-        qos=_LATCHED,
-    )
+PROFILE_STATUS = Topic(
+    "profile_controller/status",
+    "std_msgs/msg/String",
+    _TEXT,
+    "state of the profile: a word, with details after a colon",
+    source="`profile_controller`",
+    rate="at each change",
+    qos=_LATCHED,
 )
-CLOCK = declare(
-    Topic(
-        "/clock",
-        "rosgraph_msgs/msg/Clock",
-        Conversion(samples.clock_fields, samples.clock_of),
-        "simulated time",
-        "s",
-        rate="`wake_rate`",
-    )
+CLOCK = Topic(
+    "/clock",
+    "rosgraph_msgs/msg/Clock",
+    Conversion(samples.clock_fields, samples.clock_of),
+    "simulated time",
+    "s",
+    rate="`wake_rate`",
 )
-DIAGNOSTICS = declare(
-    Topic(
-        "/diagnostics",
-        "diagnostic_msgs/msg/DiagnosticArray",
-        Conversion(Health.fields, Health.all_of),
-        "health of the node",
-        source="each node",
-        rate="1/s, and when a publisher of commands appears or leaves, or a trajectory arrives",
-    )
+DIAGNOSTICS = Topic(
+    "/diagnostics",
+    "diagnostic_msgs/msg/DiagnosticArray",
+    Conversion(Health.fields, Health.all_of),
+    "health of the node",
+    source="each node",
+    rate="1/s, and when a publisher of commands appears or leaves, or a trajectory arrives",
 )
-EVENTS = declare(
-    Topic(
-        "/rosout",
-        "rcl_interfaces/msg/Log",
-        Conversion(samples.event_fields, samples.event_of),
-        "log of the node",
-        source="each node",
-        rate="at each log entry",
-        qos=_LOG,
-    )
+EVENTS = Topic(
+    "/rosout",
+    "rcl_interfaces/msg/Log",
+    Conversion(samples.event_fields, samples.event_of),
+    "log of the node",
+    source="each node",
+    rate="at each log entry",
+    qos=_LOG,
 )
+ALL = [topic for topic in tuple(globals().values()) if isinstance(topic, Topic)]
+"""All topics, in the order of their declaration."""
 
 
 def imu_of(sensor: str, first: bool) -> Topic:

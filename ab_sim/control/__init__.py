@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ab_sim.control.settings import SensorFacts, StartUpSettings, checked
 
 if TYPE_CHECKING:
-    from ab_sim.control.estimates import Decision, Estimates, State
-    from ab_sim.control.start_up import StartUp
+    from ab_sim.control.start_up import Decision, Estimates, StartUp, State
 else:
 
     def __getattr__(name: str) -> Any:

@@ -1,13 +1,103 @@
 """Controller of the adaptive start-up: reads sensor and spindle, and commands the speed."""
 
+import enum
 import math
+from typing import NamedTuple
 
 from ab_sim.control import chosen
-from ab_sim.control.estimates import Decision, Estimates, State
-from ab_sim.control.observer import Observer
-from ab_sim.control.sensor_monitor import TEXTS, Reason
+from ab_sim.control.observer import TEXTS, Observer, Reason
 from ab_sim.control.settings import StartUpSettings, checked
-from ab_sim.control.words import words_of
+
+
+class State(enum.IntEnum):
+    """State of the start-up; the same numbers in C."""
+
+    WAITING = 0
+    RUN_UP = 1
+    DWELL = 2
+    TO_FINAL = 3
+    JUDGING = 4
+    RETRY = 5
+    DONE = 6
+    GAVE_UP = 7
+    ABORTING = 8
+    ABORTED = 9
+
+    @property
+    def text(self) -> str:
+        """Name in lower case, with spaces."""
+        return self.name.lower().replace("_", " ")
+
+    @property
+    def over(self) -> bool:
+        """True if the start-up has ended; an abort may still follow `DONE` and `GAVE_UP`."""
+        return self in (State.DONE, State.GAVE_UP, State.ABORTED)
+
+
+class Estimates(NamedTuple):
+    """Estimates of the drive's parameters; NaN while unknown."""
+
+    critical_speed: float
+    critical_speed_deviation: float
+    """Critical speed and its standard deviation [rad/s]."""
+    net_unbalance: complex
+    """Offset of the rotor's centre of mass, balls included, from the shaft [m], on axes that turn
+    with the spindle."""
+    net_unbalance_deviation: float
+    """Standard deviation of the net unbalance [m]."""
+    without_balls: float
+    """Largest magnitude of the net unbalance since the critical speed was known [m], the scale for
+    comparison. It approximates the unbalance before balls moved, and is usually between one and two
+    times the unbalance of the rotor alone."""
+    dwells: int
+    retries: int
+    """Number of dwells and of retries so far."""
+
+
+class Decision(NamedTuple):
+    """Latest decision of the start-up."""
+
+    number: int
+    """Number of decisions so far, by which a caller recognises a new one."""
+    text: str
+    """State and reason in plain words."""
+
+
+def words_of(
+    state: State, reason: str, settings: StartUpSettings, estimates: Estimates, seen: Observer
+) -> str:
+    """Return the present action and its reason."""
+    deviation = estimates.critical_speed_deviation
+    critical = f"critical speed {estimates.critical_speed:.1f} +- {deviation:.2g} rad/s"
+    net = f"net unbalance {1e6 * abs(estimates.net_unbalance):.3g} um"
+    if seen.scale > 0.0:
+        net += f", {seen.fast / seen.scale:.0%} of the largest"
+    circulating = ", balls circulate" if seen.circulating else ""
+    is_known = seen.known == 1.0
+    where = "the critical speed is not known yet"
+    texts = {
+        State.WAITING: "for the first samples",
+        State.RUN_UP: f"towards {settings.final_speed:g} rad/s; {critical if is_known else where}",
+        State.DWELL: f"number {estimates.dwells}, a little above the critical speed, where the "
+        f"whirl drives the balls; {critical}, {net}{circulating}",
+        State.TO_FINAL: f"dwell {estimates.dwells} is over; {net}{circulating}",
+        State.JUDGING: f"at {settings.final_speed:g} rad/s; "
+        f"{net if is_known else where}{circulating}",
+        State.RETRY: f"number {estimates.retries}: {net}, and it does not fall{circulating}; back "
+        f"to just above the critical speed",
+        State.DONE: f"{net}; after {_count(estimates.dwells, 'dwell', 'dwells')}, {critical}",
+        State.GAVE_UP: f"{net if is_known else 'the sensor tells too little'}{circulating}; "
+        f"stays at {settings.final_speed:g} rad/s after "
+        f"{_count(estimates.retries, 'retry', 'retries')}",
+        State.ABORTING: f"{reason}; runs down",
+        State.ABORTED: f"{reason}; stands still",
+    }
+    return f"{state.text}: {texts[state]}"
+
+
+def _count(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"
+
 
 OWN_NUMBERS = 16
 LAGS = (0.0, 1.0, -1.0, 2.0)

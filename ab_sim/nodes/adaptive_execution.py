@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 from ab_msgs_py import topics
 from ab_sim.base.numbers import finite, whole
-from ab_sim.control import StartUp, StartUpSettings, State
-from ab_sim.control.sensor_monitor import TEXTS, Reason
-from ab_sim.model.spindle.profile_execution import DriveEstimates
+from ab_sim.control import Estimates, StartUp, StartUpSettings, State
+from ab_sim.control.observer import TEXTS, Reason
 
 GAP = 50_000_000
 """Time between two spindle samples beyond which the angle in between is unknown [ns]."""
@@ -195,7 +194,7 @@ class AdaptiveExecution:
     @property
     def values(self) -> Mapping[str, str]:
         """Values for the diagnostics, by name; see ``ProfileExecution``."""
-        estimates = self._start_up.estimates
+        estimates = self.estimates
         numbers = {
             "critical speed [rad/s]": estimates.critical_speed,
             "critical speed, deviation [rad/s]": estimates.critical_speed_deviation,
@@ -211,15 +210,9 @@ class AdaptiveExecution:
         }
 
     @property
-    def estimates(self) -> DriveEstimates:
-        """Estimates of the drive's properties; see ``ProfileExecution``."""
-        estimates = self._start_up.estimates
-        return DriveEstimates(
-            estimates.critical_speed,
-            estimates.critical_speed_deviation,
-            abs(estimates.net_unbalance),
-            estimates.net_unbalance_deviation,
-        )
+    def estimates(self) -> Estimates:
+        """Estimates of the drive's properties."""
+        return self._start_up.estimates
 
     def begin(self, now: float) -> None:
         """Do nothing: time is that of the samples; see ``ProfileExecution``."""

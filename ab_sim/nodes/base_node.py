@@ -321,14 +321,15 @@ class DiagnosticsPublisher:
         self._node, self._task = node, task
         self._topic = topics.DIAGNOSTICS.publisher(node)
         self._level = Level.OK
+        self.hardware = "ab_sim"
+        """``hardware_id`` of the entry."""
 
     def publish(
         self,
         level: Level,
         text: str,
-        values: Mapping[str, str],
-        time_ns: int,
-        hardware: str = "ab_sim",
+        values: Mapping[str, str] | None = None,
+        time_ns: int = 0,
         logged: bool = False,
     ) -> bool:
         """Publish the present state and the node's parameters.
@@ -338,15 +339,14 @@ class DiagnosticsPublisher:
             text: description of the state.
             values: values by name, with units in the names.
             time_ns: simulated time [ns].
-            hardware: ``hardware_id`` of the entry.
             logged: whether the text has already been logged.
 
         Returns:
             True if the text has been logged, now or before.
         """
         name = self._node.get_fully_qualified_name()
-        entries = {**values, PARAMETERS: changed_parameters(self._node)}
-        health = Health(name, self._task, level, text, entries, hardware, time_ns)
+        entries = {**(values or {}), PARAMETERS: changed_parameters(self._node)}
+        health = Health(name, self._task, level, text, entries, self.hardware, time_ns)
         self._topic.publish(topics.DIAGNOSTICS.message(health))
         before, self._level = self._level, level
         if level is not before and not logged:

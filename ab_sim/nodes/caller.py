@@ -6,7 +6,6 @@ import contextlib
 import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import rclpy
@@ -64,12 +63,7 @@ class Caller:
         self._executor.add_node(self._node)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._executor.shutdown()
         if completes(self._node.destroy_node):
             rclpy.try_shutdown()
@@ -354,7 +348,7 @@ class SpeedCaller(Caller):
         limits = _limits(healths[-1])
         if abs(speed) > limits.max_speed * ROUNDED:
             limits.check(speed)
-        if healths[-1].values["led by"] == "emergency stop":
+        if healths[-1].values["speed set by"] == "emergency stop":
             raise Refused(
                 f"{node}: commands are ignored after an emergency stop, until reset-emergency-stop"
             )

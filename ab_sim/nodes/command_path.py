@@ -326,7 +326,7 @@ class CommandPath:
             "trajectory": None if self._trajectory is None else _values(self._trajectory),
             "silent": self.silent,
             "stopped": self.stopped,
-            "told": order if isinstance(order, SpeedOrder) else None,
+            "last_order": order if isinstance(order, SpeedOrder) else None,
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -344,7 +344,11 @@ class CommandPath:
             if trajectory is not None:
                 whole(trajectory.start)
             silent, stopped = bool(state["silent"]), bool(state["stopped"])
-            last_order = None if state["told"] is None else SpeedOrder(*map(finite, state["told"]))
+            last_order = (
+                None
+                if state["last_order"] is None
+                else SpeedOrder(*map(finite, state["last_order"]))
+            )
         except (LookupError, TypeError, ValueError) as error:
             raise InputError(f"not a state of a command path: {short(error)}") from error
         stays = self.stopped

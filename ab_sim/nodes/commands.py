@@ -327,7 +327,7 @@ class PendingCommands:
             "commands ignored": str(path.ignored),
             "commands dropped from the bus": str(path.dropped),
             "command age [s]": "none yet" if age is None else f"{age:.6g}",
-            "led by": state,
+            "speed set by": state,
             topics.TRAJECTORY_START: "none yet" if answer is None else str(answer.start),
             topics.TRAJECTORY_ANSWER: "" if answer is None else answer.refusal or topics.FOLLOWED,
             "watchdog has acted": str(path.silences),

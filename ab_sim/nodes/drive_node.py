@@ -190,7 +190,7 @@ class DriveNode(ManagedNode):
             guard.begin()
             with self._turn:
                 if self._session is None:
-                    self._outputs.report(0, Level.OK, ENDED, logged=True)
+                    self._outputs.diagnostics.publish(Level.OK, ENDED, logged=True)
                 else:
                     self._session.finish(ENDED)
 
@@ -213,7 +213,7 @@ class DriveNode(ManagedNode):
         elif now - self._reported >= PERIOD:
             self._reported = now
             if session is None:
-                self._outputs.report(0, *self._state)
+                self._outputs.diagnostics.publish(*self._state)
             else:
                 with self._turn:
                     session.report(INACTIVE)
@@ -221,7 +221,7 @@ class DriveNode(ManagedNode):
     def _tell(self, level: Level, text: str) -> None:
         self._state, self._reported = (level, text), time.monotonic()
         # An error is not logged here, because the failing transition logs it.
-        self._outputs.report(0, level, text, logged=level is Level.ERROR)
+        self._outputs.diagnostics.publish(level, text, logged=level is Level.ERROR)
 
     def _rest(self) -> float:
         session = self._session

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Sequence, Set
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,10 +12,9 @@ import numpy as np
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
-from ab_msgs_py import Block, ImuSample, Level, PoseSample, Task, Topic, WhirlSample, topics
-from ab_msgs_py.imu import FORCE
+from ab_msgs_py import Block, ImuSample, PoseSample, Task, Topic, WhirlSample, topics
 from ab_msgs_py.prefilled import Prefilled
-from ab_msgs_py.samples import DECK, frame_of
+from ab_msgs_py.samples import DECK, FORCE, frame_of
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.faults.fault import Fault
@@ -211,12 +210,14 @@ class Outputs:
     """
 
     def __init__(self, node: Node, scene: str, hardware: str, clock: bool) -> None:
-        self._node, self._hardware, self._scene = node, hardware, Path(scene).stem
+        self._node, self._hardware = node, hardware
         self._namespace = node.get_namespace()
         self._block = topics.BLOCK.publisher(node)
         self._clock = topics.CLOCK.publisher(node) if clock else None
         self._now = Prefilled(topics.CLOCK.message(0))
-        self._diagnostics = DiagnosticsPublisher(node, Task.DRIVE)
+        self.diagnostics = DiagnosticsPublisher(node, Task.DRIVE)
+        """Publisher of the node's diagnostics."""
+        self._name_hardware(Path(scene).stem)
         self._publishers = {topic: topic.publisher(node) for topic in STATE_TOPICS}
         self._model = topics.MODEL.publisher(node)
         self._accelerometers = Accelerometers(node)
@@ -239,7 +240,7 @@ class Outputs:
             scene: scene of the drive.
             channels: channels of its samples.
         """
-        self._scene = scene.name
+        self._name_hardware(scene.name)
         self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
         self._model.publish(topics.MODEL.message(urdf_of(scene)))
         self._accelerometers.begin(scene)
@@ -262,6 +263,9 @@ class Outputs:
             # earlier scene would remain.
             placed = [(named.frame(name), _place(scene, name, named)) for name in scene.sensors]
             self._tf_static.publish(topics.TF_STATIC.message(placed))
+
+    def _name_hardware(self, scene: str) -> None:
+        self.diagnostics.hardware = self._hardware or f"{self._namespace}/{scene}".lstrip("/")
 
     def end(self) -> None:
         """Publish empty messages on the latched topics, to clear them."""
@@ -333,21 +337,6 @@ class Outputs:
         """Publish a block with the samples of these trajectories, if there are any."""
         if parts and len(block := Trajectory.join(list(parts))):
             self._block.publish(topics.block_bytes(Block(block.channels, block.samples)))
-
-    def report(
-        self,
-        time_ns: int,
-        level: Level,
-        text: str,
-        values: Mapping[str, str] | None = None,
-        logged: bool = False,
-    ) -> bool:
-        """Publish the node's diagnostics, and return whether the text has been logged.
-
-        See `DiagnosticsPublisher.publish` for the arguments.
-        """
-        hardware = self._hardware or f"{self._node.get_namespace()}/{self._scene}".lstrip("/")
-        return self._diagnostics.publish(level, text, values or {}, time_ns, hardware, logged)
 
     def other_clock(self) -> str:
         """Return an error text if another node publishes the same clock; empty if not."""

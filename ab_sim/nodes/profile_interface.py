@@ -60,8 +60,17 @@ def health_of(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
 def progress_of(run: ProfileRun, elapsed: float) -> Progress:
     """Return the feedback for a goal's client, with the time since the start [s]."""
     assert run.execution is not None
-    estimates, (segment, segments) = run.execution.estimates, run.execution.segment
-    return Progress(run.status, segment, segments, run.command, elapsed, *estimates)
+    segment, segments = run.execution.segment
+    progress = Progress(run.status, segment, segments, run.command, elapsed)
+    if not isinstance(run.execution, AdaptiveExecution):
+        return progress
+    estimates = run.execution.estimates
+    return progress._replace(
+        critical_speed=estimates.critical_speed,
+        critical_speed_deviation=estimates.critical_speed_deviation,
+        net_unbalance=abs(estimates.net_unbalance),
+        net_unbalance_deviation=estimates.net_unbalance_deviation,
+    )
 
 
 def outcome_of(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:

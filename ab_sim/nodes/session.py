@@ -257,8 +257,8 @@ class Session:
             "time": self.mode.value,
             "scheduling": self._real_time.words,
         }
-        logged = self._outputs.report(
-            self.now.time_ns, level, instead or text, values, logged=bool(instead)
+        logged = self._outputs.diagnostics.publish(
+            level, instead or text, values, self.now.time_ns, logged=bool(instead)
         )
         new = self._new.of(warnings, time.monotonic())
         if new and not logged:

@@ -28,7 +28,7 @@ from ab_msgs_py import (  # noqa: E402
 )
 from ab_msgs_py.set_points import SetPoint, SetPoints  # noqa: E402
 from ab_sim.record.bags import contract  # noqa: E402
-from ab_sim.scene import frames  # noqa: E402
+from ab_sim.scene import sensors  # noqa: E402
 
 TIME = 3_123_456_789
 PLACE, TURN = (0.1, -0.0, 5e-324), (0.5, 0.5, -0.5, 0.5)
@@ -116,7 +116,7 @@ def numbers_in(message: Any) -> list[float]:
 
 
 def test_frames_are_those_of_the_scenes() -> None:
-    assert (samples.HOUSING, samples.DECK) == (frames.HOUSING, frames.DECK)
+    assert (samples.HOUSING, samples.DECK) == (sensors.HOUSING, sensors.DECK)
 
 
 def test_trajectories() -> None:

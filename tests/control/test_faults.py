@@ -9,8 +9,7 @@ import pytest
 
 from ab_sim.control import StartUp, State
 from ab_sim.control.chosen import LONGEST_GAP, UNIT
-from ab_sim.control.observer import Observer
-from ab_sim.control.sensor_monitor import Reason
+from ab_sim.control.observer import Observer, Reason
 from tests.control.course import FINAL, Course, Sample, settings
 
 

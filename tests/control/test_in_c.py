@@ -128,7 +128,7 @@ def test_chosen_numbers_are_the_same() -> None:
 
 
 def test_the_texts_are_the_same(double: ctypes.CDLL) -> None:
-    from ab_sim.control.sensor_monitor import TEXTS, Reason
+    from ab_sim.control.observer import TEXTS, Reason
 
     for name in ("adaptive_reason_text", "adaptive_state_text"):
         getattr(double, name).restype = ctypes.c_char_p

@@ -8,8 +8,8 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import Imu  # noqa: E402
 
-from ab_msgs_py.imu import FORCE, ImuSample  # noqa: E402
 from ab_msgs_py.prefilled import Prefilled  # noqa: E402
+from ab_msgs_py.samples import FORCE, ImuSample  # noqa: E402
 from ab_msgs_py.topics import IMU, imu_of  # noqa: E402
 
 TIMES = (0, 999_999_999, 12_345_678_901, 2_147_483_647_999_999_999)

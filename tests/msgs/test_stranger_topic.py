@@ -41,7 +41,7 @@ def _velocity(of: published.StateChannels) -> Iterator[published.Template]:
 
 def add() -> None:
     """What a change to the package would do, in the places that docs/contributing.md names."""
-    topics.declare(VELOCITY)
+    topics.ALL.append(VELOCITY)
     published.state_topic(VELOCITY)(_velocity)
 
 

@@ -80,7 +80,7 @@ def test_delays_of_commands(fleet: Fleet, clock: SystemClock) -> None:
     start(
         fleet, clock, "drive_sim", scene="thesis-hold", wake_rate=1.0, block_rate=1.0, patience=5.0
     )
-    fleet.until(lambda: fleet.value("drive_sim", "led by"), "it is up")
+    fleet.until(lambda: fleet.value("drive_sim", "speed set by"), "it is up")
     for days in range(1, 6):
         before = fleet.value("drive_sim", "commands accepted")
         fleet.command(float(days))

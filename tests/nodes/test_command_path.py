@@ -201,7 +201,7 @@ def test_an_emergency_stop_outlasts_what_is_kept_and_another_scene() -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [{"bus": [[3]]}, {"told": [1.0]}, {"draws": "x"}, {"draws": 2**63}, None]
+    "change", [{"bus": [[3]]}, {"last_order": [1.0]}, {"draws": "x"}, {"draws": 2**63}, None]
 )
 def test_what_was_not_kept_is_refused_and_changes_nothing(change: dict[str, object] | None) -> None:
     p = path()
@@ -234,8 +234,8 @@ def test_jitter_goes_on_where_it_was_however_far_that_is() -> None:
         {"last": "then"},
         {"target": math.inf},
         {"target": [1.0]},
-        {"told": [1.0]},
-        {"told": 3},
+        {"last_order": [1.0]},
+        {"last_order": 3},
     ],
 )
 def test_what_no_path_has_kept_is_refused(change: dict[str, Any]) -> None:

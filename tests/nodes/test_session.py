@@ -106,7 +106,7 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     assert fleet.set("drive_sim", command_age_limit=0.01, command_silence="stop")[0]
     step(fleet)
     warned(fleet, "no command for 0.01 s: the spindle stops")
-    assert fleet.value("drive_sim", "led by") == "watchdog"
+    assert fleet.value("drive_sim", "speed set by") == "watchdog"
     assert fleet.set("drive_sim", command_age_limit=0.0)[0]
 
     # Emergency stop, and two who command.

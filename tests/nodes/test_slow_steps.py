@@ -15,7 +15,7 @@ pytestmark = pytest.mark.ros
 def stalled(fleet: Fleet, seconds: str) -> None:
     """Start a drive, and wait until it is in a step that takes so long."""
     fleet.start("drive_sim", MODULE, seconds, scene="thesis-hold")
-    fleet.until(lambda: fleet.value("drive_sim", "led by"), "it is up")
+    fleet.until(lambda: fleet.value("drive_sim", "speed set by"), "it is up")
     fleet.client(Trigger, "drive_sim/emergency_stop")  # discovery takes as long as some steps
     fleet.command(SPEED)
     fleet.reads("drive_sim", STALLS)
@@ -35,7 +35,9 @@ def test_a_step_that_takes_seconds(fleet: Fleet) -> None:
     stalled(fleet, "8")
     stops, _ = fleet.call("drive_sim/emergency_stop")
     assert stops and GOES_ON not in fleet.log("drive_sim"), "while it takes the step"
-    fleet.until(lambda: fleet.value("drive_sim", "led by") == "emergency stop", "it takes effect")
+    fleet.until(
+        lambda: fleet.value("drive_sim", "speed set by") == "emergency stop", "it takes effect"
+    )
     fleet.until(lambda: JointSample.of(joints[-1]).spindle_speed == 0.0, "it stands")
     assert fleet.call("drive_sim/emergency_stop") == (True, "stopped already")
     assert fleet.stop("drive_sim", signal.SIGTERM) == 0

@@ -45,7 +45,7 @@ def test_the_watchdog_in_each_mode(fleet: Fleet) -> None:
     """In lock-step: what it does is known to the step."""
     joints = fleet.listen(topics.JOINT_STATES)
     fleet.start("drive_sim", scene="thesis-hold", time_mode="lock_step", coast_deceleration=COAST)
-    fleet.until(lambda: fleet.value("drive_sim", "led by"), "it is up")
+    fleet.until(lambda: fleet.value("drive_sim", "speed set by"), "it is up")
     # No more at once than the topic's queue holds.
     assert fleet.set("drive_sim", steps=10, command_age_limit=LIMIT)[0]
     before, begun, silences = 0.0, 0, 0
@@ -67,7 +67,7 @@ def test_the_watchdog_in_each_mode(fleet: Fleet) -> None:
             lambda count=silences: fleet.value("drive_sim", "watchdog has acted") == str(count),
             f"{mode} is reported",
         )
-        assert fleet.value("drive_sim", "led by") == "watchdog"
+        assert fleet.value("drive_sim", "speed set by") == "watchdog"
         passed = WAKE * np.arange(1, 21)
         reached = before + SLOPE * np.minimum(passed, LIMIT)
         expected = np.maximum(reached + after * np.maximum(passed - LIMIT, 0.0), 0.0)

@@ -121,7 +121,7 @@ def test_what_is_refused_changes_nothing(session: Fleet) -> None:
     ):
         assert reason in answer_to(session, 100 * SECOND + number, *points)
     assert answer_to(session, 1, (0.0, 10.0)).startswith(topics.PAST)
-    assert session.value(DRIVE, "led by") == "trajectory"
+    assert session.value(DRIVE, "speed set by") == "trajectory"
     log = session.log(DRIVE)
     for words in ("joint_names = ['arm']", "velocities[0] = nan", "takes 100 rad/s^2"):
         assert log.count(words) == 1, "one warning"
@@ -137,7 +137,7 @@ def test_the_message_that_came_last_leads(session: Fleet) -> None:
     session.until(lambda: speed(session) > 5.0, "it follows")
     session.command(3.0)
     session.until(lambda: speed(session) == 3.0, "the speed leads")
-    session.until(lambda: session.value(DRIVE, "led by") == "commands", "and it says so")
+    session.until(lambda: session.value(DRIVE, "speed set by") == "commands", "and it says so")
     session.publish(topics.TRAJECTORY, trajectory(0, (0.5, 6.0)))
     session.until(lambda: speed(session) == 6.0, "the trajectory leads again")
     assert "1" == session.value(DRIVE, "sources of commands"), "one node, two topics"

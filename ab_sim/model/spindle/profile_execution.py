@@ -1,6 +1,5 @@
 """Interface of a profile in progress, common to all kinds of profiles; it does not need ROS."""
 
-import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
@@ -17,17 +16,6 @@ class ProfileInputs(NamedTuple):
     """True if ``sensor`` is the drive's first accelerometer, or its first probe."""
     probe: bool = False
     """True if ``sensor`` is a proximity probe."""
-
-
-class DriveEstimates(NamedTuple):
-    """Estimates of an adaptive start-up; NaN while unknown."""
-
-    critical_speed: float = math.nan
-    critical_speed_deviation: float = math.nan
-    """Estimate of the critical speed and its standard deviation [rad/s]."""
-    net_unbalance: float = math.nan
-    net_unbalance_deviation: float = math.nan
-    """Offset of the rotor's mass centre, balls included, and its standard deviation [m]."""
 
 
 class ProfileExecution(Protocol):
@@ -63,10 +51,6 @@ class ProfileExecution(Protocol):
     @property
     def values(self) -> Mapping[str, str]:
         """Numbers for the diagnostics, units in the keys."""
-
-    @property
-    def estimates(self) -> DriveEstimates:
-        """Estimates of the drive's parameters."""
 
     def begin(self, now: float) -> None:
         """Begin the profile now."""

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ab_sim.base.numbers import MOST_TIME, finite, whole
-from ab_sim.model.spindle.profile_execution import DriveEstimates
 from ab_sim.model.spindle.schedule_in_progress import ScheduleInProgress
 from ab_sim.model.spindle.vibration_condition import VibrationCondition
 from ab_sim.scene.load import RequestedProfile
@@ -62,11 +61,6 @@ class SegmentsExecution:
         """Numbers for the diagnostics; see ``ProfileExecution``."""
         rms = self.vibration
         return {} if rms is None else {"vibration, rms [m/s^2]": f"{rms:.6g}"}
-
-    @property
-    def estimates(self) -> DriveEstimates:
-        """No estimates; see ``ProfileExecution``."""
-        return DriveEstimates()
 
     def begin(self, now: float) -> None:
         """Begin the profile; see ``ProfileExecution``."""
