@@ -156,7 +156,8 @@ class CommandPath:
         self._draw_from(0)
         self._last: int | None = None
         self._target: float | None = None
-        self._trajectory: TimedSpeeds | None = None
+        self.trajectory: TimedSpeeds | None = None
+        """Leading trajectory, or None; after its last point, its last speed is held."""
         self.silent = self.stopped = self._limits_changed = False
         self._last_order: SpeedOrder | TrajectoryOrder | None = None
 
@@ -169,8 +170,8 @@ class CommandPath:
         )
         if self._last is not None:
             self._last += by
-        if self._trajectory is not None:
-            self._trajectory = self._moved(self._trajectory, by)
+        if self.trajectory is not None:
+            self.trajectory = self._moved(self.trajectory, by)
 
     def _moved(self, wanted: Any, by: int) -> Any:
         """Return a command with its start, if it has one, moved by a number of steps."""
@@ -283,21 +284,16 @@ class CommandPath:
         last = self._alive_until
         return None if last is None else max(now - last, 0) * self._step
 
-    @property
-    def trajectory(self) -> TimedSpeeds | None:
-        """Leading trajectory, or None; after its last point, its last speed is held."""
-        return self._trajectory
-
     def follows(self, now: int) -> bool:
         """Return whether a trajectory leads, and has not reached its last point at a step."""
-        return self._trajectory is not None and self._end_of(self._trajectory) > now
+        return self.trajectory is not None and self._end_of(self.trajectory) > now
 
     @property
     def _alive_until(self) -> int | None:
         """Step of the last command, or of the last point of the leading trajectory."""
-        if self._last is None or self._trajectory is None:
+        if self._last is None or self.trajectory is None:
             return self._last
-        return max(self._last, self._end_of(self._trajectory))
+        return max(self._last, self._end_of(self.trajectory))
 
     def _end_of(self, trajectory: TimedSpeeds) -> int:
         """Return the step at which a trajectory reaches its last point."""
@@ -308,7 +304,7 @@ class CommandPath:
         """Decelerate to standstill; commands are ignored until ``release``."""
         self.dropped += len(self._bus)
         self._bus.clear()
-        self.stopped, self._target, self._trajectory = True, 0.0, None
+        self.stopped, self._target, self.trajectory = True, 0.0, None
 
     def release(self) -> None:
         """End an emergency stop; the target speed is 0 until the next command."""
@@ -323,7 +319,7 @@ class CommandPath:
             "draws": self._draws,
             "last": self._last,
             "target": self._target,
-            "trajectory": None if self._trajectory is None else _values(self._trajectory),
+            "trajectory": None if self.trajectory is None else _values(self.trajectory),
             "silent": self.silent,
             "stopped": self.stopped,
             "last_order": order if isinstance(order, SpeedOrder) else None,
@@ -344,11 +340,8 @@ class CommandPath:
             if trajectory is not None:
                 whole(trajectory.start)
             silent, stopped = bool(state["silent"]), bool(state["stopped"])
-            last_order = (
-                None
-                if state["last_order"] is None
-                else SpeedOrder(*map(finite, state["last_order"]))
-            )
+            order = state["last_order"]
+            last_order = None if order is None else SpeedOrder(*map(finite, order))
         except (LookupError, TypeError, ValueError) as error:
             raise InputError(f"not a state of a command path: {short(error)}") from error
         stays = self.stopped
@@ -356,7 +349,7 @@ class CommandPath:
         self._bus.extend(bus)
         self._draw_from(draws)
         self._last, self._target, self._last_order = last, target, last_order
-        self._trajectory = trajectory
+        self.trajectory = trajectory
         self.silent, self.stopped = silent, stopped
         if stays:
             self.emergency_stop()
@@ -378,7 +371,7 @@ class CommandPath:
                 return self._lead(command.wanted, command.due)
             self._last, self.silent = command.due, False
             if not self._held_already(command.wanted, now):
-                self._target, self._trajectory = command.wanted, None
+                self._target, self.trajectory = command.wanted, None
             if (changed := self._changed()) is not None:
                 return changed
         if self._limits_changed:
@@ -389,15 +382,15 @@ class CommandPath:
             self.silent = True
             self.silences += 1
             self._target = speed() if self.rules.silence is WatchdogAction.HOLD else 0.0
-            self._trajectory = None
+            self.trajectory = None
         return self._changed()
 
     def _lead(self, wanted: TimedSpeeds, due: int) -> TrajectoryOrder:
         """Make a trajectory that left the bus at step ``due`` the leading command."""
         start = due * self._step_ns if wanted.start is None else wanted.start
         self._last, self.silent, self._target = due, False, None
-        self._trajectory = wanted._replace(start=start)
-        order = TrajectoryOrder(self._trajectory, self.limits.max_acceleration)
+        self.trajectory = wanted._replace(start=start)
+        order = TrajectoryOrder(self.trajectory, self.limits.max_acceleration)
         self._last_order = order
         return order
 
@@ -406,14 +399,14 @@ class CommandPath:
 
         Such a command does not replace the trajectory, and its exact time has no effect.
         """
-        trajectory = self._trajectory
+        trajectory = self.trajectory
         if trajectory is None or trajectory.final_speed != speed:
             return False
         return not self.follows(now) and abs(speed) <= self.limits.max_speed
 
     def _leave_beyond_limits(self, now: int, speed: Callable[[], float]) -> None:
         """Hold the present speed if the rest of the trajectory exceeds the changed limits."""
-        trajectory = self._trajectory
+        trajectory = self.trajectory
         if trajectory is None:
             return
         assert trajectory.start is not None
@@ -423,7 +416,7 @@ class CommandPath:
             (trajectory.steepest(passed), limits.max_acceleration, "rad/s^2"),
         ):
             if most > limit * (1.0 + ROUNDING):
-                self._target, self._trajectory = speed(), None
+                self._target, self.trajectory = speed(), None
                 refusal = (
                     f"abandoned at {exact(now * self._step)} s: it reaches {exact(most)} {unit}, "
                     f"and the limit is now {exact(limit)} {unit}; the speed is held"
@@ -433,7 +426,7 @@ class CommandPath:
 
     def _changed(self) -> SpeedOrder | None:
         """Return the present order if it differs from the last one."""
-        order = None if self._trajectory is not None else self._present_order()
+        order = None if self.trajectory is not None else self._present_order()
         if order is None or order == self._last_order:
             return None
         self._last_order = order
