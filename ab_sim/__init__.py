@@ -29,16 +29,24 @@ if TYPE_CHECKING:
     from ab_sim.analysis.metrics.of_run import metrics_of
     from ab_sim.analysis.metrics.registered import register_metric
     from ab_sim.analysis.offline import compare_run
-    from ab_sim.api.c_code import write_c, write_fmu
     from ab_sim.api.design import robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.identification import identify
-    from ab_sim.api.maps import stability_map
-    from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
+    from ab_sim.api.resting import (
+        branches,
+        equilibria,
+        floquet,
+        follow_floquet,
+        modes,
+        recovery,
+        stability_map,
+    )
     from ab_sim.api.runs import (
         resolve_accuracy,
         save_recording,
         simulate,
+        write_c,
+        write_fmu,
     )
     from ab_sim.api.sizing import size
     from ab_sim.base.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
@@ -52,7 +60,7 @@ if TYPE_CHECKING:
     from ab_sim.record.recording import Recording, open_recording
     from ab_sim.scene.load import load_scene
     from ab_sim.scene.model import Scene
-    from ab_sim.show.reports.compare import compare_recording
+    from ab_sim.show.compare import compare_recording
 
 __version__ = "0.1.0"
 
@@ -109,16 +117,24 @@ _MODULES = {
     "analysis.offline": ("compare_run",),
     "analysis.metrics.of_run": ("metrics_of",),
     "analysis.metrics.registered": ("register_metric",),
-    "api.c_code": ("write_c", "write_fmu"),
     "api.design": ("robust", "sweep", "tune"),
     "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),
-    "api.maps": ("stability_map",),
-    "api.resting": ("branches", "equilibria", "floquet", "follow_floquet", "modes", "recovery"),
+    "api.resting": (
+        "branches",
+        "equilibria",
+        "floquet",
+        "follow_floquet",
+        "modes",
+        "recovery",
+        "stability_map",
+    ),
     "api.runs": (
         "resolve_accuracy",
         "save_recording",
         "simulate",
+        "write_c",
+        "write_fmu",
     ),
     "api.sizing": ("size",),
     "design.batch.simulate": ("simulate_batch",),
@@ -129,7 +145,7 @@ _MODULES = {
     "drive.trajectory": ("Trajectory",),
     "base.errors": ("AbSimError", "DivergedError", "InputError", "RecordingError", "SceneError"),
     "record.recording": ("Recording", "open_recording"),
-    "show.reports.compare": ("compare_recording",),
+    "show.compare": ("compare_recording",),
     "scene.load": ("load_scene",),
     "scene.model": ("Scene",),
     "base.yaml_files": ("scene_names",),

@@ -20,7 +20,7 @@ from ab_sim.drive.accuracy import WorkPrecision
 from ab_sim.drive.observation import Observation
 from ab_sim.identification.result import Identification
 from ab_sim.record.recording import StoredRun
-from ab_sim.show.reports.compare import RecordingComparison
+from ab_sim.show.compare import RecordingComparison
 
 __all__ = [
     "AccuracyCost",

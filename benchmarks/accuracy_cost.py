@@ -18,7 +18,8 @@ from ab_sim.cli.costs import accuracy_shown  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.cli.progress import progress_bar  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.show.figures.accuracy_cost import accuracy_figure  # noqa: E402
+from ab_sim.show.costs import drawn_accuracy  # noqa: E402
+from ab_sim.show.saved import save  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 
@@ -31,7 +32,7 @@ def main() -> None:
         cost = accuracy_cost(scene, asked.repeats, progress=tell)
     report = {"changes": CHANGES, **cost.report()}
     write_json(report, str(asked.out / "accuracy-cost.json"))
-    accuracy_figure(cost, asked.out / "accuracy-cost.png")
+    save(drawn_accuracy(cost), asked.out / "accuracy-cost.png", 120)
     console = Console(markup=False)
     for each in accuracy_shown(cost):
         console.print(each)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ab_sim.control import State
 from ab_sim.design.intervals import share_of
-from ab_sim.show.figures.colours import BLUE, GREEN, GREY, ORANGE, VERMILION
+from ab_sim.show.styles import BLUE, GREEN, GREY, ORANGE, VERMILION
 
 
 def demo_picture(shown: dict[str, Any], path: Path) -> None:

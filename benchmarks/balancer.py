@@ -18,7 +18,7 @@ from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.patches import Circle, FancyArrowPatch  # noqa: E402
 
-from ab_sim.show.figures.colours import BLUE, GREEN, GREY, VERMILION  # noqa: E402
+from ab_sim.show.styles import BLUE, GREEN, GREY, VERMILION  # noqa: E402
 
 DAMPING = 0.1
 WHIRL, ECCENTRICITY = 0.3, 0.5

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Rectangle  # noqa: E402
 
-from ab_sim.show.figures.colours import BLUE, GREEN, GREY, PURPLE, VERMILION  # noqa: E402
+from ab_sim.show.styles import BLUE, GREEN, GREY, PURPLE, VERMILION  # noqa: E402
 
 PSI, THETA = 40.0, -130.0
 """Drawn spindle and ball angle [deg]."""

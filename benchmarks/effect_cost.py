@@ -20,7 +20,8 @@ from ab_sim.analysis.effect_cost import EffectCost, conditions, effect_cost  # n
 from ab_sim.cli.costs import cost_table  # noqa: E402
 from ab_sim.cli.progress import progress_bar  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.show.figures.effect_cost import cost_figure  # noqa: E402
+from ab_sim.show.costs import drawn_cost  # noqa: E402
+from ab_sim.show.saved import save  # noqa: E402
 
 SCENES = ("thesis-hold", "everything")
 
@@ -92,7 +93,7 @@ def main() -> None:
     text = json.dumps(report, indent=1, allow_nan=False) + "\n"
     (asked.out / "effect-cost.json").write_text(text, encoding="utf-8")
     (asked.out / "effect-cost.md").write_text(page(report, costs), encoding="utf-8")
-    cost_figure(costs, asked.out / "effect-cost.png")
+    save(drawn_cost(costs), asked.out / "effect-cost.png", 120)
 
 
 if __name__ == "__main__":

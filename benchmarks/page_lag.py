@@ -20,7 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from ab_sim.show.viewing.viewer_state import newest_times  # noqa: E402
+from ab_sim.show.viewing.page import newest_times  # noqa: E402
 from tests.viewing.browser import browser  # noqa: E402
 
 RECORD = """() => {

@@ -7,7 +7,7 @@ import pytest
 
 from ab_sim.analysis.metrics.wording import angles_text
 from ab_sim.base.presentation import in_one_turn
-from ab_sim.show.figures.curves import in_degrees
+from ab_sim.show.curves import in_degrees
 
 
 @pytest.mark.parametrize(

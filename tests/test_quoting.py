@@ -15,7 +15,7 @@ from ab_sim.base.errors import MOST, SceneError, short, visible
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.record.recording import Recording
 from ab_sim.scene import find_scene, load_scene
-from ab_sim.show.figures.saved import save
+from ab_sim.show.saved import save
 from tests.recording.runs import describe, run
 
 RED = "\x1b[31m"

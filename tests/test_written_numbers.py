@@ -11,7 +11,7 @@ import ab_sim
 from ab_sim.analysis.maps.family import values_of
 from ab_sim.base.errors import AbSimError
 from ab_sim.base.numbers import number_in, whole_number_in
-from ab_sim.cli.recovery import drags_of
+from ab_sim.cli.vibration import drags_of
 from ab_sim.design.sizing.specification import SpecificationTexts, specification_of
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.identification.mapping import number_of

@@ -10,7 +10,7 @@ from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.floquet import Stability
 from ab_sim.base.errors import InputError
-from ab_sim.base.presentation import Column, Columns, Presented, ends, number
+from ab_sim.base.presentation import Column, Columns, Presented, drawn, ends, number
 from ab_sim.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -35,10 +35,7 @@ class BranchesOverSpeed(Presented):
         matplotlib.figure.Figure
             The figure of ``ab-sim equilibria --plot``.
         """
-        from ab_sim.show.figures.branches import drawn_branches
-        from ab_sim.show.figures.saved import with_plain_texts
-
-        return with_plain_texts(drawn_branches(self.scene, self.at_speed, self.over_speed))
+        return drawn("branches", self.scene, self.at_speed, self.over_speed)
 
     def report(self) -> dict[str, object]:
         """Return JSON-able values: ``over_speed`` of ``ab-sim equilibria --json``."""
@@ -114,12 +111,9 @@ class PeriodicSolutions(Presented):
         InputError
             There is no solution to draw.
         """
-        from ab_sim.show.figures.multipliers import drawn_multipliers
-        from ab_sim.show.figures.saved import with_plain_texts
-
         if not self.solutions:
             raise InputError(f"{self.scene.name}: no periodic solution was found; none to draw")
-        return with_plain_texts(drawn_multipliers(self.solutions))
+        return drawn("periodic_solutions", self.solutions)
 
     def report(self) -> list[dict[str, object]]:
         """Return JSON-able values, one mapping for each: see ``ab-sim floquet --help``."""

@@ -51,7 +51,7 @@ def in_one_turn(angles: Angles) -> Angles:
     return angles + TURN * ((LAST_ANGLE - angles) // TURN)
 
 
-DRAWERS = "ab_sim.show.figures.result_figures"
+DRAWERS = "ab_sim.show.result_figures"
 """Module that draws each ``_picture`` of a result."""
 ROWS = 8
 """Largest number of rows of a table in a notebook; the others are counted."""
@@ -79,7 +79,7 @@ class Presented:
     """Base class of results that can be displayed; not created by users."""
 
     _picture: ClassVar[str] = ""
-    """Name in ``ab_sim.show.figures.result_figures.DRAWN``, or ``module:function``."""
+    """Name in ``ab_sim.show.result_figures.DRAWN``."""
     _rows: ClassVar[int] = ROWS
 
     def _facts(self) -> Mapping[str, str]:

@@ -5,13 +5,12 @@ from typing import Annotated, NamedTuple
 
 from typer import Argument
 
-from ab_sim.cli.declare import Heading
-from ab_sim.cli.options import Changes, Json, Plot, SceneName, Speed
+from ab_sim.cli.declare import Changes, Heading, Json, Plot, SceneName, Speed
 
 stability_and_vibration = Heading("Stability and vibration")
 
 
-@stability_and_vibration.declare("ab_sim.cli.modes:modes_command")
+@stability_and_vibration.declare("ab_sim.cli.vibration:modes_command")
 class ModesOptions(NamedTuple):
     """Compute the deck's natural frequencies, damping and modes.
 
@@ -42,7 +41,7 @@ class ModesOptions(NamedTuple):
     plot: Plot = None
 
 
-@stability_and_vibration.declare("ab_sim.cli.equilibria:equilibria_command")
+@stability_and_vibration.declare("ab_sim.cli.stability:equilibria_command")
 class EquilibriaOptions(NamedTuple):
     """Find resting states at a constant speed, and their stability.
 
@@ -132,7 +131,7 @@ class StabilityOptions(NamedTuple):
     plot: Plot = None
 
 
-@stability_and_vibration.declare("ab_sim.cli.floquet:floquet_command")
+@stability_and_vibration.declare("ab_sim.cli.vibration:floquet_command")
 class FloquetOptions(NamedTuple):
     """Find motions that repeat each turn, and their stability.
 
@@ -174,7 +173,7 @@ class FloquetOptions(NamedTuple):
     plot: Plot = None
 
 
-@stability_and_vibration.declare("ab_sim.cli.recovery:recovery_command")
+@stability_and_vibration.declare("ab_sim.cli.vibration:recovery_command")
 class RecoveryOptions(NamedTuple):
     """Show how a drive recovers from a change of speed.
 

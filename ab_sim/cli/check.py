@@ -6,7 +6,7 @@ from rich.table import Table
 
 from ab_sim.analysis.rest import rest_of
 from ab_sim.base.errors import SceneError
-from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.outputs import results
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.scene_commands import CheckOptions
 from ab_sim.drive.accuracy import resolve_accuracy
@@ -56,7 +56,7 @@ def print_check(options: CheckOptions) -> None:
         table.add_row("accuracy", work_precision.reason)
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
-    PlainConsole().print(table)
+    results.print(table)
 
 
 def _profile(scene: Scene) -> str:

@@ -10,7 +10,7 @@ from ab_sim.analysis.accuracy_cost import AccuracyCost, SettingCost, accuracy_co
 from ab_sim.analysis.effect_cost import EffectCost, VariantCost, effect_cost
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress
-from ab_sim.cli.runner import Command, Outcome, new_table, picture
+from ab_sim.cli.runner import FINE, Command, Outcome, new_table, picture
 from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
 from ab_sim.scene import load_scene
 
@@ -27,7 +27,7 @@ def accuracy_command(options: AccuracyOptions) -> Command:
 
     def work(tell: Progress) -> Outcome:
         cost = accuracy_cost(scene, options.repeats, progress=tell)
-        draw = picture("ab_sim.show.figures.accuracy_cost:accuracy_figure", cost)
+        draw = picture("accuracy_cost", cost, dots=FINE)
         return Outcome(accuracy_shown(cost, options.quartiles), cost.report, draw)
 
     return Command(work, scene.name)
@@ -143,7 +143,7 @@ def cost_command(options: CostOptions) -> Command:
         cost = effect_cost(
             scene, options.repeats, leave_one_out=options.leave_one_out, progress=tell
         )
-        draw = picture("ab_sim.show.figures.effect_cost:cost_figure", [cost])
+        draw = picture("effect_cost", cost, dots=FINE)
         return Outcome([cost_table(cost, options.quartiles)], cost.report, draw)
 
     return Command(work, scene.name)

@@ -5,10 +5,10 @@ from typing import Annotated, NamedTuple
 
 from typer import Option
 
-from ab_sim.cli.declare import Heading
-from ab_sim.cli.options import (
+from ab_sim.cli.declare import (
     Changes,
     Csv,
+    Heading,
     Json,
     Parquet,
     Plot,
@@ -22,7 +22,7 @@ from ab_sim.cli.options import (
 choose_a_design = Heading("Choose a design")
 
 
-@choose_a_design.declare("ab_sim.cli.size:size_command")
+@choose_a_design.declare("ab_sim.cli.design:size_command")
 class SizeOptions(NamedTuple):
     """Size a balancer: balls, drag and start-up for given limits.
 
@@ -89,7 +89,7 @@ class SizeOptions(NamedTuple):
     plot: Plot = None
 
 
-@choose_a_design.declare("ab_sim.cli.sweep:sweep_command")
+@choose_a_design.declare("ab_sim.cli.design:sweep_command")
 class SweepOptions(NamedTuple):
     """Run a scene over ranges of its values, and judge each run.
 
@@ -134,7 +134,7 @@ class SweepOptions(NamedTuple):
     units: Units = ""
 
 
-@choose_a_design.declare("ab_sim.cli.tune:tune_command")
+@choose_a_design.declare("ab_sim.cli.design:tune_command")
 class TuneOptions(NamedTuple):
     """Optimise values of a scene within limits.
 
@@ -193,7 +193,7 @@ class TuneOptions(NamedTuple):
     units: Units = ""
 
 
-@choose_a_design.declare("ab_sim.cli.robust:robust_command")
+@choose_a_design.declare("ab_sim.cli.design:robust_command")
 class RobustOptions(NamedTuple):
     """Estimate the share of built drives that balance.
 

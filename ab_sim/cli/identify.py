@@ -11,7 +11,7 @@ from ab_sim.base.files import PAGE, SCENE
 from ab_sim.base.presentation import Progress, number, titled
 from ab_sim.cli.checks import processes
 from ab_sim.cli.recording_commands import IdentifyOptions
-from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
+from ab_sim.cli.runner import Command, Outcome, new_table, picture, scene_writer
 from ab_sim.identification.files import Files, read_files, trial_masses_of
 from ab_sim.identification.parameters import bounds_of
 from ab_sim.identification.result import INTERRUPTED, Identification, share_words
@@ -39,13 +39,16 @@ def identify_command(options: IdentifyOptions) -> Command:
         identification = run_identification(scene, recordings, question, held_out, tell, workers)
 
         def write_page(file: Path) -> None:
-            from ab_sim.show.reports.identification import identification_page
+            from ab_sim.show.identification import identification_page
 
             identification_page(identification, file)
 
         writes = {"--out": scene_writer(identification.scene_text), "--html": write_page}
         return Outcome(
-            _shown(identification), identification.report, plotted(identification), writes
+            _shown(identification),
+            identification.report,
+            picture("identification", identification),
+            writes,
         )
 
     outputs = ((options.out, SCENE, "--out"), (options.html, PAGE, "--html"))

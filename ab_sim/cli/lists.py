@@ -11,7 +11,14 @@ from rich.text import Text
 from ab_sim.base.errors import InputError, nearest
 from ab_sim.base.files import REPORT
 from ab_sim.base.yaml_files import find_scene, read_scene_file, scene_names
-from ab_sim.cli.outputs import PlainConsole, check_files, own_command, print_written, write_json
+from ab_sim.cli.outputs import (
+    PlainConsole,
+    check_files,
+    own_command,
+    print_written,
+    results,
+    write_json,
+)
 from ab_sim.cli.scene_commands import (
     EffectsOptions,
     KeysOptions,
@@ -27,7 +34,6 @@ if TYPE_CHECKING:
 # Imports of scenes and effects are in the functions, because they are slow, and `ab-sim scenes`
 # needs none of them.
 
-console = PlainConsole()
 WHOLE = 2000
 """Width of a table for other programs [columns]; more than any row needs."""
 
@@ -47,10 +53,10 @@ def print_scenes(options: ScenesOptions) -> None:
         description = str(read_scene_file(find_scene(name)).get("description", ""))
         first, *_ = re.split(r"(?<=\.)\s", " ".join(description.split()), maxsplit=1)
         line = Text(f"{name:{widest}}  {first}")
-        if console.is_terminal:
-            console.print(line, no_wrap=True, overflow="ellipsis")
+        if results.is_terminal:
+            results.print(line, no_wrap=True, overflow="ellipsis")
         else:  # a program that reads the list gets whole lines
-            console.print(line, soft_wrap=True)
+            results.print(line, soft_wrap=True)
 
 
 def _print_scene(name: str) -> None:
@@ -66,8 +72,8 @@ def _print_scene(name: str) -> None:
     table.add_row("effects", ", ".join(scene.effects) or "none")
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
-    console.print(table)
-    console.print(f"for a summary of the simulation: {own_command()} check {name}")
+    results.print(table)
+    results.print(f"for a summary of the simulation: {own_command()} check {name}")
 
 
 def print_keys(options: KeysOptions) -> None:
@@ -111,8 +117,7 @@ def print_metrics(options: MetricsOptions) -> None:
     table = Table(show_header=False)
     for label, text in metrics[0]._asdict().items():
         table.add_row(label, text)
-    _fit_width()
-    console.print(table)
+    _print_wide(table)
 
 
 def _print_rows(rows: Iterable[Any], columns: Sequence[str], as_json: bool) -> None:
@@ -125,14 +130,15 @@ def _print_rows(rows: Iterable[Any], columns: Sequence[str], as_json: bool) -> N
         table.add_column(column, overflow="fold")
     for row in rows:
         table.add_row(*(str(getattr(row, column)) for column in columns))
-    _fit_width()
-    console.print(table)
+    _print_wide(table)
 
 
-def _fit_width() -> None:
-    """Make the console wide enough for one line per row if a program reads the table."""
+def _print_wide(table: Table) -> None:
+    """Print a table; for a program that reads it, with one line per row."""
+    console = PlainConsole()
     if not console.is_terminal:
         console.width = WHOLE
+    console.print(table)
 
 
 def print_effects(options: EffectsOptions) -> None:
@@ -155,17 +161,17 @@ def print_effects(options: EffectsOptions) -> None:
         table = _described(name, effect, effect_parameters(effect))
         if effect.uses_ball_radius:
             table.add_row("also uses", "balls.radius")
-        console.print(table)
+        results.print(table)
 
 
 def _print_formulas(name: str, effect: type[Any]) -> None:
     """Print the formulas of an effect: as text, then as LaTeX."""
     from ab_sim.export.formulas.effects import formulas_of
 
-    console.print(name, style="bold")
+    results.print(name, style="bold")
     for formula in formulas_of(effect):
         # Formulas are for copying, so lines are not wrapped.
-        console.print("\n".join(_formula_lines(formula)), soft_wrap=True)
+        results.print("\n".join(_formula_lines(formula)), soft_wrap=True)
 
 
 def _formula_lines(formula: "Formula") -> list[str]:
@@ -186,7 +192,7 @@ def print_sensors(_: SensorsOptions) -> None:
     from ab_sim.scene.sensors import Accelerometer, ProximityProbe
 
     for name, kind in (("accelerometer", Accelerometer), ("proximity probe", ProximityProbe)):
-        console.print(_described(name, kind, kind.model_json_schema()["properties"]))
+        results.print(_described(name, kind, kind.model_json_schema()["properties"]))
 
 
 def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]) -> Table:

@@ -13,9 +13,15 @@ from ab_sim.base.errors import AbSimError, InputError, Interrupted, Refused, sho
 from ab_sim.base.numbers import number_in
 from ab_sim.base.yaml_files import read_yaml
 from ab_sim.cli.checks import require_ros
-from ab_sim.cli.node_commands import CommandOptions, GetOptions, ListOptions, SetOptions
-from ab_sim.cli.node_services import SERVICES, ServiceCommand
-from ab_sim.cli.outputs import PlainConsole, people
+from ab_sim.cli.node_commands import (
+    SERVICES,
+    CommandOptions,
+    GetOptions,
+    ListOptions,
+    ServiceCommand,
+    SetOptions,
+)
+from ab_sim.cli.outputs import people, results
 from ab_sim.scene.units import has_unit, in_si
 
 if TYPE_CHECKING:
@@ -242,7 +248,7 @@ def list_command(options: ListOptions) -> None:
     if not rows:
         others = f"found {', '.join(sorted(nodes))}" if nodes else nobody
         raise InputError(f"no node of ab_sim was found; {others}")
-    PlainConsole().print(table)
+    results.print(table)
 
 
 def _full_name(namespace: str, name: str, wait: float) -> str:

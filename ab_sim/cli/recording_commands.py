@@ -6,10 +6,10 @@ from typing import Annotated, NamedTuple
 
 from typer import Argument, Option
 
-from ab_sim.cli.declare import Heading
-from ab_sim.cli.options import (
+from ab_sim.cli.declare import (
     Bag,
     Changes,
+    Heading,
     Json,
     Namespace,
     Plot,

@@ -17,13 +17,15 @@ from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.drive.trajectory import balls_in
 from ab_sim.record.recording import open_recording
 from ab_sim.scene import load_scene
-from ab_sim.show.reports.compare import ChannelDeviation, RecordingComparison, compare_recording
-from ab_sim.show.reports.gather import RunData, gather
-from ab_sim.show.reports.grid import Grid
-from ab_sim.show.reports.summary import CAPTION, summary_rows
+from ab_sim.show.compare import ChannelDeviation, RecordingComparison, compare_recording
+from ab_sim.show.gather import RunData, gather
+from ab_sim.show.panels import Grid
+from ab_sim.show.summary import CAPTION, summary_rows
 
 MOST_RUNS = 8
 """Largest number of runs side by side; more would be too small to see."""
+REPORT_DOTS = 100
+"""Resolution of a report's picture [dots per inch]."""
 
 
 def report_command(options: ReportOptions) -> Command:
@@ -44,18 +46,15 @@ def report_command(options: ReportOptions) -> Command:
 
         @cache
         def grid() -> Grid:
-            from ab_sim.show.reports.grid import grid_of
-            from ab_sim.show.reports.panels import panels_of
+            from ab_sim.show.panels import grid_of, panels_of
 
             return grid_of([data.name for data in runs], [panels_of(data) for data in runs])
 
         def draw(file: Path) -> None:
-            from ab_sim.show.reports.picture import report_picture
-
-            report_picture(grid(), file)
+            picture("report", grid(), dots=REPORT_DOTS)(file)
 
         def write_page(file: Path) -> None:
-            from ab_sim.show.reports.page import report_page
+            from ab_sim.show.page import report_page
 
             report_page(grid(), summary_rows(runs), [data.notes for data in runs], file)
 
@@ -102,9 +101,7 @@ def compare_command(options: CompareOptions) -> Command:
         return Outcome(
             [compare_table(comparison, recording.name), *comparison.notes],
             lambda: {"recording": str(recording), **comparison.report()},
-            picture(
-                "ab_sim.show.reports.compare_picture:compare_picture", comparison, recording.name
-            ),
+            picture("comparison", comparison, recording.name),
         )
 
     return Command(work, f"{scene.name} as {recording.name}", "nothing was written")

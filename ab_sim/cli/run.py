@@ -17,7 +17,7 @@ from ab_sim.base.errors import InputError, exact
 from ab_sim.base.files import RECORDING
 from ab_sim.base.numbers import number_in
 from ab_sim.base.presentation import ANGLES, LAST, WHIRL, Progress
-from ab_sim.cli.runner import Command, Outcome
+from ab_sim.cli.runner import FINE, Command, Outcome, picture
 from ab_sim.cli.scene_commands import RunOptions
 from ab_sim.drive import Drive
 from ab_sim.drive.overlap import together_at_start
@@ -55,12 +55,6 @@ def run_command(options: RunOptions) -> Command:
         beside = comparison.report(result.metrics, result.scene.rotor.eccentricity)
         report = {**result.report(), **beside}
 
-        def draw(file: Path) -> None:
-            from ab_sim.show.figures.run import DOTS
-            from ab_sim.show.figures.saved import save
-
-            save(result.plot(comparison), file, DOTS)
-
         def record(file: Path) -> None:
             from ab_sim.api.runs import save_recording
 
@@ -79,6 +73,7 @@ def run_command(options: RunOptions) -> Command:
                     f"cover {report['duration']:g} s"
                 )
 
+        draw = picture("run", result, comparison, dots=FINE)
         return Outcome(shown(), lambda: report, draw, {"--rrd": record})
 
     return Command(work, "run", outputs=[(options.rrd, RECORDING, "--rrd")])

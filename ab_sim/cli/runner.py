@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,7 +9,7 @@ from rich.table import Table
 
 from ab_sim.base.errors import InputError, NothingFound
 from ab_sim.base.files import PICTURE, REPORT, write_whole
-from ab_sim.base.presentation import Presented, Progress
+from ab_sim.base.presentation import Progress, drawn
 from ab_sim.cli.outputs import (
     Output,
     check_files,
@@ -24,8 +23,8 @@ from ab_sim.cli.progress import interruptible, progress_bar
 Write = Callable[[Path], list[Path] | None]
 """Function that writes a file; for a folder it returns the files in it."""
 Draw = Callable[[Path], None]
-DOTS = 110
-"""Resolution of pictures [dots per inch]."""
+DOTS, FINE = 110, 120
+"""Resolution of pictures, and of those with many labels [dots per inch]."""
 
 
 class WholeLine(str):
@@ -121,29 +120,19 @@ def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
     return [file] if files is None else files
 
 
-def picture(function: str, *arguments: Any) -> Draw:
-    """Return a function that draws a picture into a file.
+def picture(name: str, *results: Any, dots: int = DOTS) -> Draw:
+    """Return a function that draws results into a file.
 
     Args:
-        function: function that draws, as ``module:function``. The module is imported on the call,
-            because matplotlib takes long to import.
-        arguments: its arguments; the file follows as the last one.
+        name: name of the picture in ``ab_sim.show.result_figures.DRAWN``.
+        results: results to draw, as the picture takes them.
+        dots: resolution [dots per inch].
     """
 
     def draw(file: Path) -> None:
-        module, _, name = function.partition(":")
-        getattr(import_module(module), name)(*arguments, file)
+        from ab_sim.show.saved import save  # matplotlib takes long to import
 
-    return draw
-
-
-def plotted(result: Presented) -> Draw:
-    """Return a function that draws the result's ``plot()`` into a file."""
-
-    def draw(file: Path) -> None:
-        from ab_sim.show.figures.saved import save
-
-        save(result.plot(), file, DOTS)
+        save(drawn(name, *results), file, dots)
 
     return draw
 

@@ -5,10 +5,10 @@ from typing import Annotated, NamedTuple
 
 from typer import Argument, Option
 
-from ab_sim.cli.declare import Heading
-from ab_sim.cli.options import (
+from ab_sim.cli.declare import (
     STEPPERS,
     Changes,
+    Heading,
     Json,
     ListJson,
     Now,
@@ -25,7 +25,7 @@ accuracy_and_cost = Heading("Accuracy and what it costs")
 other_tools = Heading("Other tools")
 
 
-@run_and_watch.declare("ab_sim.cli.demo:run_demo")
+@run_and_watch.declare("ab_sim.cli.live:run_demo")
 class DemoOptions(NamedTuple):
     """Run a start-up that balances, live over ROS 2, and judge it.
 

@@ -9,7 +9,7 @@ from rich.table import Table
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress
 from ab_sim.cli.design_commands import SensitivityOptions
-from ab_sim.cli.runner import Command, Outcome, plotted
+from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.design.batch import simulate_batch
 from ab_sim.design.derivatives import MetricSensitivities, metric_sensitivities, real_keys
 from ab_sim.design.derivatives.of_metrics import differentiable_metrics
@@ -33,7 +33,9 @@ def sensitivity_command(options: SensitivityOptions) -> Command:
         )
         judged = simulate_batch(sensitivities.scene, [{}], metrics=["settled"]).metrics["settled"]
         return Outcome(
-            _shown(sensitivities, bool(judged[0])), sensitivities.report, plotted(sensitivities)
+            _shown(sensitivities, bool(judged[0])),
+            sensitivities.report,
+            picture("metric_sensitivities", sensitivities),
         )
 
     return Command(work, scene.name)

@@ -7,18 +7,18 @@ from rich.table import Table
 
 from ab_sim.analysis import compare_run, metrics_of, run_scene, time_of_speed
 from ab_sim.base.errors import AbSimError
-from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.outputs import results
 from ab_sim.cli.run import metrics_table
+from ab_sim.cli.runner import FINE
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.record.recording import open_recording
 from ab_sim.scene import Scene
-from ab_sim.show.figures.run import run_figure
+from ab_sim.show.run import drawn_run
+from ab_sim.show.saved import save
 
 LOSSES = ("commands lost", "messages dropped by the recorder")
 """Figures of the live run that count as lost messages, together with missing samples."""
-
-console = PlainConsole()
 
 
 def report_startup(
@@ -42,17 +42,17 @@ def report_startup(
     starts = time_of_speed(live, profile.speed(begins))
 
     runs = {"live": metrics_of(live, scene), "offline": offline.metrics}
-    console.print(metrics_table(f"Start-up of {scene.name}", scene, runs, comparison))
+    results.print(metrics_table(f"Start-up of {scene.name}", scene, runs, comparison))
     table = Table(show_header=False, title="The live run")
     lost = recorded.extent.missing + sum(int(figures.pop(label)) for label in LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():
         table.add_row(label, value)
     table.add_row("samples against the offline run", _difference(live, offline.trajectory))
-    console.print(table)
+    results.print(table)
     title = f"Start-up of {scene.name}, live over ROS 2 topics"
-    run_figure(live, scene, picture, comparison, starts, title)
-    console.print(f"wrote {recording}   {hint}", soft_wrap=True)
-    console.print(f"wrote {picture}")
+    save(drawn_run(live, scene, comparison, starts, title), picture, FINE)
+    results.print(f"wrote {recording}   {hint}", soft_wrap=True)
+    results.print(f"wrote {picture}")
 
 
 def _difference(live: Trajectory, offline: Trajectory) -> str:

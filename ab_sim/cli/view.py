@@ -3,14 +3,13 @@
 from ab_sim.base import interruption
 from ab_sim.base.errors import AbSimError, InputError
 from ab_sim.base.files import RECORDING, check_ending, check_regular
-from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.outputs import results
 from ab_sim.cli.scene_commands import ViewOptions
 from ab_sim.show.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
 MEMORY = "50%"
 """Memory limit of the viewer, in percent of this machine's memory: enough to show long recordings
 completely."""
-console = PlainConsole()
 
 
 def run_view(options: ViewOptions) -> None:
@@ -40,7 +39,7 @@ def run_view(options: ViewOptions) -> None:
             while viewer.state == STARTED and not stopping.wait(0.02):
                 pass
             if viewer.state == SHOWING:
-                console.print(f"watch at {viewer.address}   (Ctrl-C ends it)", soft_wrap=True)
+                results.print(f"watch at {viewer.address}   (Ctrl-C ends it)", soft_wrap=True)
             while not viewer.gone and not stopping.wait(0.1):
                 pass
             if viewer.gone and not viewer.closed_by_user:

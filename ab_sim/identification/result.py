@@ -114,7 +114,7 @@ class Proposal(NamedTuple):
 class Identification(Presented):
     """Parameters of a drive identified from recordings, with their uncertainty."""
 
-    _picture = "ab_sim.show.figures.identification:drawn_identification"
+    _picture = "identification"
 
     scene: Scene
     """Fitted scene, which can be run."""

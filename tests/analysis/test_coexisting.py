@@ -5,7 +5,7 @@ import pytest
 from ab_sim.analysis.circulating import Reach, drive_of, lasting_speed, stalled
 from ab_sim.analysis.coexisting import CoexistingCirculation, coexisting_circulation
 from ab_sim.analysis.equilibria import equilibria_of
-from ab_sim.cli.equilibria import circulation_lines
+from ab_sim.cli.stability import circulation_lines
 from ab_sim.scene import load_scene
 from tests.analysis.circulating.runs import AT, stalling
 

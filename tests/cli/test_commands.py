@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ab_sim import __version__
-from ab_sim.cli.options import STEPPERS
+from ab_sim.cli.declare import STEPPERS
 from ab_sim.engine.integrate.registry import AUTO, steppers
 from ab_sim.scene import find_scene, load_scene, scene_names
 from tests.cli.tool import PNG, ab_sim, refused

@@ -10,7 +10,7 @@ import pytest
 
 from ab_sim.base.errors import AbSimError
 from ab_sim.cli.analysis_commands import FloquetOptions
-from ab_sim.cli.floquet import floquet_command
+from ab_sim.cli.vibration import floquet_command
 from tests.cli.tool import ab_sim
 
 PNG = b"\x89PNG"

@@ -6,7 +6,7 @@ import pytest
 
 from ab_sim.base.errors import InputError
 from ab_sim.cli.node import parameter_values, value_of
-from ab_sim.cli.node_services import SERVICES
+from ab_sim.cli.node_commands import SERVICES
 from tests.cli.tool import ab_sim, refused
 from tests.domains import own_domain
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.cli.recovery import drags_of
+from ab_sim.cli.vibration import drags_of
 from tests.cli.tool import PNG, ab_sim, refused
 
 

@@ -18,8 +18,7 @@ from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress
 from ab_sim.cli import progress
 from ab_sim.cli.app import app
-from ab_sim.cli.declare import Heading
-from ab_sim.cli.options import Changes, Json, Plot, SceneName
+from ab_sim.cli.declare import Changes, Heading, Json, Plot, SceneName
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene import load_scene
@@ -76,7 +75,7 @@ def figure(found: list[tuple[float, float]], file: Path) -> None:
     """Import only where one is drawn."""
     from matplotlib.figure import Figure
 
-    from ab_sim.show.figures.saved import save
+    from ab_sim.show.saved import save
 
     drawn = Figure()
     drawn.subplots().plot(*zip(*found, strict=True))

@@ -9,7 +9,7 @@ import contextlib
 import ab_sim
 import ab_sim.cli.app
 import ab_sim.cli.run
-import ab_sim.show.figures.run
+import ab_sim.show.run
 
 with contextlib.suppress(ImportError):  # without ROS 2
     import ab_sim.nodes.caller

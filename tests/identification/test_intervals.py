@@ -10,7 +10,7 @@ from ab_sim.identification.intervals import CURVATURE, HELD, PROFILE, intervals_
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
-from ab_sim.show.reports.identification import QUANTILE
+from ab_sim.show.identification import QUANTILE
 from tests.identification import drives
 
 DECK = ["effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity"]

@@ -11,7 +11,7 @@ from ab_msgs_py.samples import text_of
 from ab_sim.analysis import run_scene
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import check_scene, find_scene
-from ab_sim.show.reports.compare import PROFILE, compare_recording
+from ab_sim.show.compare import PROFILE, compare_recording
 from tests.nodes.fleet import Fleet
 from tests.recorded import read_recording
 from tests.recording.runs import cells

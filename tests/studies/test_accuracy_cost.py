@@ -35,7 +35,8 @@ from ab_sim.drive.accuracy.deviation import Samples, deviation
 from ab_sim.engine.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.load import with_solver
-from ab_sim.show.figures.accuracy_cost import accuracy_figure
+from ab_sim.show.costs import drawn_accuracy
+from ab_sim.show.saved import save
 from tests.conftest import THESIS, merge
 from tests.reference import simulate
 from tests.reference.cases import oracle_cases
@@ -361,7 +362,7 @@ def test_the_report_survives_json_and_makes_a_picture(tmp_path: Path) -> None:
     row = report["rows"][0]
     assert row["errors"]["angle"].keys() == {"value", "at_most"}
     assert row["cpu"]["lower"] <= row["cpu"]["median"] <= row["cpu"]["upper"]
-    accuracy_figure(study(), tmp_path / "a.svg")
+    save(drawn_accuracy(study()), tmp_path / "a.svg", 120)
     assert "<svg" in (tmp_path / "a.svg").read_text()
 
 

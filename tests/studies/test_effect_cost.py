@@ -12,7 +12,8 @@ import pytest
 from ab_sim.analysis.effect_cost import ALL, BASE, effect_cost, off_axis, variants
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene import load_scene
-from ab_sim.show.figures.effect_cost import cost_figure
+from ab_sim.show.costs import drawn_cost
+from ab_sim.show.saved import save
 
 MOTOR = {"rotor_inertia": 2.9e-5, "torque_limit": 5e-3, "proportional_gain": 1e-3}
 
@@ -80,7 +81,7 @@ def test_numbers_are_complete_and_make_a_report_and_a_picture(scene: Any, tmp_pa
             assert 0 < spread["least"] <= spread["lower"] <= spread["median"] <= spread["upper"]
         assert row["failure"] == "" and row["first_seconds"] > 0
     assert report["rows"][0]["ratio"]["median"] == 1.0
-    cost_figure([cost], tmp_path / "cost.svg")
+    save(drawn_cost([cost]), tmp_path / "cost.svg", 120)
     assert "<svg" in (tmp_path / "cost.svg").read_text()
 
 

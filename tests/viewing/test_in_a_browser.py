@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from ab_sim.base.palette import UNBALANCE, ball_colour
-from ab_sim.show.viewing.viewer_state import newest_times
+from ab_sim.show.viewing.page import newest_times
 from tests.viewing.browser import Screen, browser, like
 from tests.waiting import until
 

@@ -16,8 +16,7 @@ from rerun.chunk import RrdReader
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.record.recording import Recording
 from ab_sim.show.viewing import Viewer, check_view
-from ab_sim.show.viewing.feed import Feed
-from ab_sim.show.viewing.program import Program
+from ab_sim.show.viewing.feed import Feed, Program
 from ab_sim.show.viewing.proxy import Answer, Proxy, free_port
 from tests.recorded import read_recording
 from tests.recording.runs import describe, run

@@ -162,8 +162,8 @@ class Followed(Presented):
     over: str
     points: tuple[FollowedPoint, ...]
     borders: tuple[Border, ...]
-    scene: str = ""
-    """Name of the scene, if known."""
+    scene: str
+    """Name of the scene."""
 
     def _facts(self) -> dict[str, str]:
         values = [point.value for point in self.points]
@@ -247,7 +247,7 @@ def follow(
         if len(points) > 1 and not points[-1].new:
             borders += _border(case, *points[-2:])
         progress(done)
-    return Followed(over, tuple(points), tuple(borders))
+    return Followed(over, tuple(points), tuple(borders), scene.name)
 
 
 def _search(points: Sequence[FollowedPoint], value: float, starts: Sequence[str]) -> SolutionSearch:

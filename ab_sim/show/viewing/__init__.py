@@ -8,8 +8,8 @@ Rerun 0.41 can follow a growing file itself, but stops after a second. A client 
 the recording process would block forever once the server is gone and 100 MB wait.
 """
 
+from ab_sim.show.viewing.feed import screens
 from ab_sim.show.viewing.page import IN_TRANSIT
-from ab_sim.show.viewing.program import screens
 from ab_sim.show.viewing.viewer import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
 __all__ = ["IN_TRANSIT", "NATIVE", "SHOWING", "STARTED", "WEB", "Viewer", "check_view", "screens"]

@@ -30,7 +30,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import IO
 from urllib.parse import urlsplit
 
-from ab_sim.show.viewing.viewer_state import newest_times
+from ab_sim.base.protobuf import fields_of
 
 LOOPBACK = "127.0.0.1"
 PATIENCE, ANSWER = 30.0, 1.0
@@ -220,3 +220,26 @@ class Page:
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
+
+
+TIMELINE = b"sim_time"
+
+
+def newest_times(state: bytes) -> dict[str, float]:
+    """Return the newest time [s] that the viewer has of each recording, by the recording's id.
+
+    Args:
+        state: ``GetStateResponse`` of Rerun's viewer control, in protobuf's wire format.
+
+    Raises:
+        TypeError, ValueError: the state has another form.
+    """
+    times = {}
+    for recording in map(fields_of, fields_of(state).get(3, [])):
+        name = b"".join(recording.get(1, [])).decode(errors="replace")
+        for timeline in recording.get(2, []):
+            if TIMELINE in timeline:
+                spans = map(fields_of, fields_of(timeline).get(3, []))
+                ends = [end for span in spans for end in span.get(2, [])]
+                times[name.rpartition(":")[2]] = 1e-9 * max(ends, default=0)
+    return times

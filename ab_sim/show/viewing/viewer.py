@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ab_sim.base.errors import InputError
-from ab_sim.show.viewing.feed import Feed
+from ab_sim.show.viewing.feed import Feed, Program, Started, screens
 from ab_sim.show.viewing.page import BATCH, Page
-from ab_sim.show.viewing.program import Program, Started, screens
 from ab_sim.show.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 
 WEB, NATIVE = "web", "native"

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ab_sim import Scene, load_scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.show.figures.saved import save
+from ab_sim.show.saved import save
 from gallery.page import Picture
 
 NAME = "deck-3d"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from ab_sim import Scene
 from ab_sim.analysis import run_scene, without_balls
 from ab_sim.scene.load import changed_scene
-from ab_sim.show.figures.curves import draw_curve
+from ab_sim.show.curves import draw_curve
 from gallery.deck_3d.case import PUBLISHED, DeckParameters, Tell, deck_of, written
 from gallery.page import PageSection, Table
 

@@ -11,7 +11,7 @@ from ab_sim import Scene
 from ab_sim.analysis.floquet import Followed, follow, solutions_of
 from ab_sim.analysis.modes import vibration_of
 from ab_sim.analysis.result_cache import ResultCache
-from ab_sim.show.figures.multipliers import draw_modulus_curve
+from ab_sim.show.multipliers import draw_modulus_curve
 from gallery.deck_3d.case import (
     PUBLISHED,
     ROTATION,

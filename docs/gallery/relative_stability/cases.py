@@ -7,7 +7,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from ab_sim import Scene, load_scene
-from ab_sim.show.figures.saved import save
+from ab_sim.show.saved import save
 from gallery.page import Picture
 
 SPEED = 900.0

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ab_sim.show.figures.saved import save
+from ab_sim.show.saved import save
 from gallery.page import Picture
 from gallery.thesis.claims import ODD
 from gallery.thesis.drive import StartUp

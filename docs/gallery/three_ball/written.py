@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from ab_sim.show.figures.saved import save
+from ab_sim.show.saved import save
 from gallery.page import Picture
 
 Tell = Callable[[str, int, int], None]

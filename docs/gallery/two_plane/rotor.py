@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ab_sim import Scene, Trajectory
 from ab_sim.scene.load import check_scene
-from ab_sim.show.figures.saved import save
+from ab_sim.show.saved import save
 from gallery.page import Picture
 
 NAME = "two-plane"

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ab_sim import Trajectory, simulate_batch
 from ab_sim.analysis import run_scene
-from ab_sim.show.figures.curves import draw_curve
+from ab_sim.show.curves import draw_curve
 from gallery.page import PageSection, Table
 from gallery.two_plane.long_rotor import DYNAMIC, MEASURED_AT, OPPOSITE, long_rotor, long_scene
 from gallery.two_plane.rotor import (

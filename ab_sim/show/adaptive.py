@@ -1,0 +1,116 @@
+"""Adaptive start-up in a run's picture: dwells, and the estimated unbalance."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ab_sim.analysis.startup import AdaptiveOutcome, net_unbalance
+from ab_sim.control import State
+from ab_sim.drive.adaptive_controller import EstimatesAt
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene.model import Scene
+from ab_sim.show.curves import draw_curve
+from ab_sim.show.labels import Label, label_at_right
+from ab_sim.show.styles import GREEN, ORANGE, PURPLE, RUN, SKY, VERMILION
+
+SHADES = {
+    State.DWELL: SKY,
+    State.RETRY: ORANGE,
+    State.ABORTING: VERMILION,
+}
+ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
+"""Final states, which are marked by a line, and their colours."""
+WIDTH = 0.011
+"""Largest width of a letter of these labels, relative to the panels."""
+TRUE, ESTIMATED = RUN, "black"
+
+
+class Stretch(NamedTuple):
+    """Period in which the controller stays in one state."""
+
+    state: State
+    begin: float
+    end: float
+    """Start and end [s]."""
+
+
+def stretches(history: Sequence[EstimatesAt]) -> Iterator[Stretch]:
+    """Yield the successive states of the controller."""
+    begin = 0
+    for k, estimates in enumerate(history):
+        last = k + 1 == len(history)
+        if last or history[k + 1].state is not estimates.state:
+            yield Stretch(estimates.state, history[begin].time, history[k + (not last)].time)
+            begin = k + 1
+
+
+def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
+    """Shade dwells, retries and ramps down, and mark the end; name them in the first panel."""
+    counts: Counter[State] = Counter()
+    rows: list[float] = []
+    low, high = panels[0].get_xlim()
+    for stretch in stretches(adaptive.history):
+        state, text = stretch.state, stretch.state.text
+        color = SHADES.get(state) or ENDS.get(state)
+        if color is None:
+            continue
+        for axes in panels:
+            if state in ENDS:
+                axes.axvline(stretch.begin, color=color, lw=1.0)
+            else:
+                axes.axvspan(stretch.begin, stretch.end, color=color, alpha=0.12, lw=0)
+        if state in (State.DWELL, State.RETRY):
+            counts[state] += 1
+            text += f" {counts[state]}"
+        at, width = (stretch.begin - low) / (high - low), WIDTH * len(text)
+        at_right = at + width > 1.0
+        row = _free_row(rows, at - width if at_right else at, width)
+        panels[0].annotate(
+            text,
+            (stretch.begin, 0),
+            xycoords=("data", "axes fraction"),
+            xytext=(-2 if at_right else 2, 5 + 10 * row),
+            textcoords="offset points",
+            ha="right" if at_right else "left",
+            fontsize=8,
+            color=color,
+        )
+
+
+def _free_row(rows: list[float], begin: float, width: float) -> int:
+    """Return the lowest free row of labels; ``rows`` has the end of the last label in each."""
+    row = next((row for row, end in enumerate(rows) if end <= begin), len(rows))
+    rows[row : row + 1] = [begin + width]
+    return row
+
+
+def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome) -> None:
+    """Draw the true net unbalance, and the estimated one with its deviation.
+
+    Args:
+        axes: axes of this panel only.
+        path: samples of the run.
+        scene: scene of the run.
+        adaptive: outcome of the controller.
+    """
+    length, symbol = scene.whirl_unit
+    times = np.array([estimates.time for estimates in adaptive.history])
+    values = np.array([estimates.net_unbalance for estimates in adaptive.history]) / length
+    spread = np.array([b.net_unbalance_deviation for b in adaptive.history]) / length
+    true = net_unbalance(path, scene) / length
+    draw_curve(axes, path["time"], true, color=TRUE, lw=1.3, zorder=3)
+    labels = [Label(true[-1], f"{true[-1]:.3g}  true", TRUE)]
+    finite = np.isfinite(values)
+    if finite.any():
+        axes.plot(times, values, color=ESTIMATED, lw=1.0, zorder=4)
+        low, high = np.maximum(values - spread, 0.0), values + spread
+        axes.fill_between(times, low, high, color=ESTIMATED, alpha=0.15, lw=0, zorder=2)
+        last = values[finite][-1]
+        labels.append(Label(last, f"{last:.3g}  estimated,\n+- a standard deviation", ESTIMATED))
+    # The first estimates may be far off.
+    axes.set_ylim(0.0, 1.3 * max(true.max(), 1e-9))
+    axes.set_ylabel(f"net unbalance / {symbol} [1]")
+    label_at_right(axes, labels)

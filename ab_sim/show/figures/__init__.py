@@ -1,1 +1,0 @@
-"""Pictures, drawn into separate figures without pyplot and without a display."""

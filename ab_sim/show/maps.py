@@ -1,0 +1,253 @@
+"""Pictures of maps: stability over two parameters, and basins over start angles."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from scipy.ndimage import gaussian_filter
+
+from ab_sim.analysis.maps.family import Family
+from ab_sim.analysis.maps.plane import SPEED, Plane
+from ab_sim.analysis.maps.stability import StabilityMap
+from ab_sim.analysis.maps.verdicts import (
+    BALANCED,
+    CIRCULATES,
+    CIRCULATION_NAMES,
+    EVERYWHERE,
+    NO_STATE,
+    NOT_KNOWN,
+    NOTHING,
+    SOMEWHERE,
+    UNDECIDED,
+    name_of,
+)
+from ab_sim.base.presentation import NOTATION
+from ab_sim.design import basin as basins
+from ab_sim.design.basin import Basin
+from ab_sim.show.saved import ResultFigure
+from ab_sim.show.styles import distinct_colours
+
+COLOURS = {
+    EVERYWHERE: "#2c9a55",
+    SOMEWHERE: "#a6d96a",
+    NOTHING: "#d7403a",
+    NO_STATE: "#3b3b3b",
+    UNDECIDED: "#bdbdbd",
+}
+"""Colours of some labels; for other labels see ``colours_of``."""
+ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
+"""Colours of labels whose stable states are all unbalanced."""
+BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
+"""Colours of labels with stable balance and other stable states; the start decides between them."""
+WARM, COOL = (50.0, 105.0), (185.0, 290.0)
+"""Hues of further colours of these two groups [deg], see ``ab_sim.base.palette``."""
+LIGHTNESS = (0.35, 0.9)
+HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
+"""Pattern and colour of areas in which balls can circulate, or in which that is unknown."""
+BLUR, NEAR = 2.0, 0.02
+"""Number of points over which borders are smoothed, and least distance of a value from 0.5."""
+
+
+def drawn_map(stability_map: StabilityMap, beside: StabilityMap | None = None) -> ResultFigure:
+    """Return the figure of labels over the plane.
+
+    Args:
+        stability_map: map to draw.
+        beside: another map on the same axes, drawn to the right.
+    """
+    maps = [stability_map] if beside is None else [stability_map, beside]
+    figure = ResultFigure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
+    panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
+    labels = sorted({label for map_ in maps for label in map_.shares})
+    colours = colours_of(labels)
+    for axes, map_ in zip(panels, maps, strict=True):
+        draw_labels(axes, map_.plane, map_.labels, colours)
+        hatched = draw_circulation(axes, map_)
+        balls = map_.plane.scene.balls
+        count = f"{balls.count} ball{'s' if balls.count != 1 else ''}"
+        axes.set_title(f"{map_.plane.scene.name}, {count}", fontsize=12)
+        axes.legend(
+            handles=[
+                Patch(color=colours[label], label=f"{name_of(label)}  {100 * share:.1f} %")
+                for label, share in map_.shares.items()
+            ]
+            + hatched,
+            title="stable (share of the map)",
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.13),
+            ncols=2,
+            fontsize=9,
+        )
+    panels[0].set_ylabel(stability_map.plane.titles[1])
+    return figure
+
+
+def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
+    """Draw the labels of a plane as coloured areas, with a title for each axis.
+
+    Args:
+        axes: axes to draw on.
+        plane: plane of the map.
+        labels: label of each point, shape (values up, values across).
+        colours: colour of each label.
+    """
+    order = sorted(colours)
+    places = np.searchsorted(order, labels)
+    across, up = plane.across.values, plane.up.values
+    palette = ListedColormap([colours[label] for label in order])
+    axes.pcolormesh(
+        across, up, places, cmap=palette, vmin=-0.5, vmax=len(order) - 0.5, shading="nearest",
+        rasterized=True,
+    )  # fmt: skip
+    axes.set_xlabel(plane.titles[0])
+    held = "" if SPEED in (plane.across.key, plane.up.key) else f"{plane.speed:g} rad/s"
+    if held:
+        axes.text(0.99, 0.98, held, transform=axes.transAxes, ha="right", va="top", fontsize=9)
+
+
+def draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
+    """Hatch the areas in which all balls can circulate in a bunch, or in which that is unknown.
+
+    Args:
+        axes: axes to draw on.
+        stability_map: map with the areas.
+
+    Returns:
+        Entries for the legend.
+    """
+    across, up = stability_map.plane.across.values, stability_map.plane.up.values
+    handles = []
+    for label, (hatch, colour) in HATCHES.items():
+        inside = stability_map.circulating == label
+        if not inside.any():
+            continue
+        drawn = axes.contourf(
+            across, up, smoothed(inside), levels=[0.5, 2.0], colors="none", hatches=[hatch]
+        )
+        drawn.set_edgecolor(colour)
+        drawn.set_linewidth(0.0)
+        text = f"{CIRCULATION_NAMES[label]}  {100 * inside.mean():.1f} %"
+        handles.append(Patch(facecolor="none", edgecolor=colour, hatch=hatch, label=text))
+    return handles
+
+
+def drawn_family(family: Family) -> ResultFigure:
+    """Return the figure of the border of stable balance for each value of a third key.
+
+    Args:
+        family: maps on the same axes, one for each value.
+    """
+    plane = family.maps[0].plane
+    figure = ResultFigure(figsize=(9, 6.4), layout="constrained")
+    axes = figure.subplots()
+    handles = []
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(family.values)))
+    for value, map_, shade in zip(family.values, family.maps, shades, strict=True):
+        for inside, style in ((map_.balanced, "-"), (map_.balanced_everywhere, ":")):
+            if inside.any() and not inside.all():
+                axes.contour(
+                    plane.across.values, plane.up.values, smoothed(inside), levels=[0.5],
+                    colors=[shade], linestyles=[style], linewidths=1.8,
+                )  # fmt: skip
+        share = 100.0 * map_.balanced.mean()
+        handles.append(Line2D([], [], color=shade, lw=1.8, label=f"{value:g}  ({share:.1f} %)"))
+    axes.set_title(f"Borders of stable balance of {plane.scene.name}", fontsize=13)
+    axes.set_xlabel(plane.titles[0])
+    axes.set_ylabel(plane.titles[1])
+    axes.grid(alpha=0.3)
+    title = f"{family.key}\n(share of the map)\ndotted: at every position"
+    axes.legend(
+        handles=handles, title=title, fontsize=9, title_fontsize=9, loc="center left",
+        bbox_to_anchor=(1.01, 0.5),
+    )  # fmt: skip
+    return figure
+
+
+def smoothed(inside: np.ndarray) -> np.ndarray:
+    """Return values above 0.5 at exactly the points that are inside, with a smooth border.
+
+    Without smoothing, the border would have steps.
+
+    Args:
+        inside: mask of points, shape (values up, values across).
+    """
+    blurred = gaussian_filter(inside.astype(float), BLUR, mode="nearest")
+    return np.where(inside, np.maximum(blurred, 0.5 + NEAR), np.minimum(blurred, 0.5 - NEAR))
+
+
+def colours_of(labels: Sequence[int]) -> dict[int, str]:
+    """Return a colour for each label: green if only balance is stable, red if nothing is."""
+    fixed = {label: COLOURS[label] for label in labels if label in COLOURS}
+    others = [label for label in labels if label not in COLOURS]
+    too = [label for label in others if label > 0 and label & BALANCED]
+    only = [label for label in others if label not in too]
+    for some, first, hues in ((only, ONLY_UNBALANCED, WARM), (too, BALANCED_TOO, COOL)):
+        spread = distinct_colours(
+            len(some), first, avoid=[*COLOURS.values()], lightness=LIGHTNESS, hues=hues
+        )
+        fixed |= zip(some, spread, strict=True)
+    return fixed
+
+
+END_COLOURS = {
+    basins.BALANCED: "#2c9a55",
+    basins.RINGING_DOWN: "#9fd3a9",
+    basins.NOT_BALANCED: "#d7403a",
+    basins.CHANGING: "#f2b447",
+    basins.CIRCULATING: "#6a51a3",
+    basins.DIVERGED: "#3b3b3b",
+    basins.LEFT_OUT: "#e4e4e4",
+}
+
+
+def drawn_basin(basin: Basin) -> ResultFigure:
+    """Return the figure of final states and residual unbalance of runs.
+
+    Args:
+        basin: final states of the runs.
+    """
+    figure = ResultFigure(figsize=(13, 6.6), layout="constrained")
+    figure.suptitle(
+        f"Final states of {basin.scene.name} over the start angles of two balls", fontsize=14
+    )
+    ends, residuals = figure.subplots(1, 2, sharex=True, sharey=True)
+    degrees = np.degrees(basin.angles)
+    half = 180.0 / len(degrees)
+    edges = -180.0 - half, 180.0 - half
+    order = list(END_COLOURS)
+    places = np.vectorize(order.index)(basin.labels)
+    palette = ListedColormap([END_COLOURS[label] for label in order])
+    style = {"shading": "nearest", "rasterized": True}
+    ends.pcolormesh(
+        degrees, degrees, places, cmap=palette, vmin=-0.5, vmax=len(order) - 0.5, **style
+    )
+    shares = basin.shares
+    handles = [
+        Patch(color=END_COLOURS[label], label=f"{basins.NAMES[label]}  {100 * share:.1f} %")
+        for label, share in shares.items()
+    ]
+    handles.append(Patch(color=END_COLOURS[basins.LEFT_OUT], label=basins.NAMES[basins.LEFT_OUT]))
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=3, fontsize=9,
+        # A legend below all panels leaves no room for a separate line.
+        title=f"balanced: residual unbalance at most {basin.limit:g}. {NOTATION}",
+    )  # fmt: skip
+    residual = np.array(
+        [[np.nan if e.residual_unbalance is None else e.residual_unbalance for e in row]
+         for row in basin.ends]
+    )  # fmt: skip
+    drawn = residuals.pcolormesh(degrees, degrees, residual, cmap="viridis_r", vmin=0.0, **style)
+    figure.colorbar(drawn, ax=residuals, label="residual unbalance / (M0 e) [1]")
+    for axes in (ends, residuals):
+        axes.set_xlabel("first ball starts at [deg] from the unbalance")
+        axes.set_aspect("equal")
+        axes.set_xticks(np.arange(-180, 181, 60))
+        axes.set_yticks(np.arange(-180, 181, 60))
+        axes.set_xlim(*edges)
+        axes.set_ylim(*edges)
+    ends.set_ylabel("second ball starts at [deg]")
+    return figure
