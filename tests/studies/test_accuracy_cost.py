@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.text import Annotation, Text
 from rich.console import Console
 
 from ab_sim.analysis.accuracy_cost import (
@@ -41,6 +42,7 @@ from tests.conftest import THESIS, merge
 from tests.reference import simulate
 from tests.reference.cases import oracle_cases
 from tests.reference.of_scene import params_of
+from tests.show.collisions import overlaps
 
 ROUNDING = 1e-15
 STEPS = (0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3)
@@ -364,6 +366,35 @@ def test_the_report_survives_json_and_makes_a_picture(tmp_path: Path) -> None:
     assert row["cpu"]["lower"] <= row["cpu"]["median"] <= row["cpu"]["upper"]
     save(drawn_accuracy(study()), tmp_path / "a.svg", 120)
     assert "<svg" in (tmp_path / "a.svg").read_text()
+
+
+def test_a_settings_label_is_drawn_where_it_covers_no_mark() -> None:
+    """The label of "1 ms" is left of its mark, in the picture of a cost with chosen times."""
+    costs = {("rk8", 5e-3): (1e-5, 1e-4), ("rk8", 1e-3): (1e-4, 1e-8)}
+    beside = {("tsit5", 2e-3): (4.5e-5, 1.2e-8)}
+    for chosen, texts in ((costs, {"5 ms", "1 ms"}), (costs | beside, {"5 ms", "2 ms"})):
+        rows = []
+        for row in study().rows:
+            place = chosen.get((row.method, row.step or 0.0))
+            if place is not None and row.cpu and row.errors:
+                cpu = row.cpu._replace(median=place[0])
+                bound = row.errors.angle._replace(value=place[1], at_most=False)
+                errors = row.errors._replace(angle=bound, whirl=bound)
+                rows.append(row._replace(cpu=cpu, errors=errors))
+        assert len(rows) == len(chosen)
+        figure = drawn_accuracy(replace(study(), rows=tuple(rows)))
+        figure.draw_without_rendering()
+        for axes in figure.axes:
+            notes = [text for text in axes.texts if isinstance(text, Annotation)]
+            assert {note.get_text() for note in notes} == texts
+            boxes = [(note.get_text(), Text.get_window_extent(note)) for note in notes]
+            assert not list(overlaps(boxes))
+            lines = [line for line in axes.lines if "ab_sim" in str(line.get_label())]
+            marks = np.vstack([axes.transData.transform(line.get_xydata()) for line in lines])
+            assert len(marks) == len(chosen)
+            for _, box in boxes:
+                assert axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1
+                assert not any(box.contains(*mark) for mark in marks)
 
 
 def test_bad_input_is_refused() -> None:
