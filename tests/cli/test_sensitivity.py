@@ -1,10 +1,13 @@
 """`ab-sim sensitivity` as a user runs it."""
 
 import json
+import re
+import shlex
 from pathlib import Path
 
 import pytest
 
+import ab_sim as package
 from ab_sim.cli.sensitivity import with_uncertainty
 from tests.cli.tool import PNG, ab_sim, refused
 
@@ -38,6 +41,25 @@ def test_an_unsettled_run_is_said() -> None:
     assert done.returncode == 0, done.stderr
     said = " ".join(done.stdout.split())
     assert "the run has not settled: final values still change" in said
+
+
+def test_examples_of_page_and_docstring_differentiate_settled_runs(tmp_path: Path) -> None:
+    page = Path(package.__file__).parents[1] / "docs" / "howto" / "sensitivity.md"
+    text = page.read_text(encoding="utf-8")
+    (command,) = re.findall(r"^\.venv/bin/ab-sim (sensitivity .*)$", text, re.MULTILINE)
+    few = ("--to", "balls.mass,rotor.eccentricity", "--json", "s.json")
+    done = ab_sim(*shlex.split(command), *few, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "has not settled" not in " ".join(done.stdout.split())
+    metrics = json.loads((tmp_path / "s.json").read_text())["metrics"]
+    assert len(metrics) == 2
+    assert all(by["derivative"] for each in metrics.values() for by in each["by"].values())
+    docstring = package.metric_sensitivities.__doc__ or ""
+    scenes = re.findall(r"= (ab_sim\.load_scene\(.*\))$", text + docstring, re.MULTILINE)
+    assert len(scenes) == 2
+    for call in scenes:
+        scene = eval(call, {"ab_sim": package})
+        assert scene.duration > 2.0 and package.simulate(scene).metrics["settled"], call
 
 
 @pytest.mark.parametrize(

@@ -174,7 +174,7 @@ def metric_sensitivities(
     Examples
     --------
     >>> import ab_sim
-    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.1"])
+    >>> scene = ab_sim.load_scene("balanced-start-up")
     >>> found = ab_sim.metric_sensitivities(scene, ["balls.mass"], ["final_whirl_over_e"])
     >>> found.derivatives.shape
     (1, 1)
