@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ab_sim.base.errors import InputError
+from ab_sim.identification import stages
 from ab_sim.identification.checks import check_sense
 from ab_sim.identification.measured import DISC_ANGLE, Measured
 from ab_sim.identification.parameters import ENCODER_ZERO
@@ -77,3 +78,30 @@ def test_a_lightly_damped_deck_is_found_from_a_start_far_off() -> None:
     found = run_identification(begin, [drives.measured(drive, balls=False)], BARE)
     assert found[STIFFNESS].value == pytest.approx(1916.0, rel=1e-4)
     assert not found.notes
+
+
+@pytest.mark.parametrize("balls", [False, True])
+def test_draws_of_starts_that_end_in_different_minima_are_reported(
+    balls: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No minimum counts as at noise level here, and none as found twice."""
+    monkeypatch.setattr(stages, "AT_NOISE", 0.0)
+    monkeypatch.setattr(stages, "AGREE", 0.0)
+    measured = drives.measured(drives.scene(), balls)
+    found = run_identification(drives.scene({STIFFNESS: 1100.0}), [measured], BARE)
+    name = measured.name if balls else "recordings without balls"
+    assert (
+        f"{name}: searches from 3 draws of starts ended in different minima: the best one may be "
+        "wrong; start from a scene closer to the drive, or try another --seed"
+    ) in found.notes
+
+
+def test_two_draws_agree_within_one_percent_or_one_reaches_the_noise() -> None:
+    part = Problem(drives.scene(), (), [drives.measured(drives.scene())], (1.0,))
+    noise = 0.5 * part.recordings[0].count
+    for costs, settled in (
+        ((1.4,), True), ((9.0, 1.4), True), ((1.6,), False), ((9.0, 1.6), False),
+        ((9.0, 9.08), True), ((9.0, 20.0, 9.08), True), ((9.0, 9.2), False),
+    ):  # fmt: skip
+        bests = [stages.Fitted(part.start, cost * noise) for cost in costs]
+        assert stages._settled(part, bests) is settled
