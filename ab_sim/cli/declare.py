@@ -37,7 +37,7 @@ class Heading(typer.Typer):
         """Register a NamedTuple ``NameOptions`` as the command ``name``.
 
         Each field is an option, or an argument if its type is an ``Argument``. Its help is in the
-        section ``Args`` of the docstring; shared types (see ``options``) have their own help. A
+        section ``Args`` of the docstring; shared types, as ``SceneName``, have their own help. A
         field ``scene`` names a scene to be read; ``json`` and ``plot`` are files of a ``Command``.
 
         Args:

@@ -66,7 +66,7 @@ def _lines(sweep: Sweep) -> ResultFigure:
             middle = np.full(len(every := np.unique(places)), np.nan)
             middle[np.isin(every, across)] = [np.median(g) for g in groups]
             axes.plot(every, middle, color=LINE, marker=".", ms=5, lw=1.4)
-            if _is_wide(values[there]):
+            if is_wide(values[there]):
                 axes.set_yscale("log")
         _mark_others(sweep, axes, places, values)
         _mark_best(sweep, metric, axes, places, values)
@@ -262,12 +262,13 @@ def _no_value() -> Line2D:
 
 
 def _norm(values: np.ndarray) -> Normalize:
-    if _is_wide(values):
+    if is_wide(values):
         return LogNorm(values.min(), values.max())
     return Normalize(values.min(), values.max())
 
 
-def _is_wide(values: np.ndarray) -> bool:
+def is_wide(values: np.ndarray) -> bool:
+    """Return whether positive values differ so much that their axis is logarithmic."""
     return bool(values.min() > 0 and values.max() > WIDE * values.min())
 
 
@@ -297,7 +298,7 @@ def drawn_tuning(tuning: Tuning) -> ResultFigure:
             axes.set_ylabel(_tuning_label(tuning, aim, _meaning_of(aim)), fontsize=9)
     there = np.concatenate([values, ends])
     there = there[np.isfinite(there)]
-    if len(there) and there.min() > 0 and there.max() > WIDE * there.min():
+    if len(there) and is_wide(there):
         panels[0].set_yscale("log")
     for axes in panels[len(keys) :]:
         axes.set_axis_off()

@@ -9,11 +9,10 @@ from matplotlib.lines import Line2D
 from ab_sim.design.intervals import ShareBalanced
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread, share_text
+from ab_sim.show.many_runs import is_wide
 from ab_sim.show.saved import ResultFigure
 
 OWN, OTHER, ALONE = "#2b6ca3", "#e88b2d", "#b9cfe3"
-WIDE = 30.0
-"""Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
 
 
 def drawn_spread(spread: Spread) -> ResultFigure:
@@ -65,7 +64,7 @@ def _draw_distribution(spread: Spread, axes: Axes, metric: str) -> None:
         axes.text(0.5, 0.5, "no values", transform=axes.transAxes, ha="center", fontsize=10)
     else:
         values = np.concatenate(everything)
-        if values.min() > 0.0 and values.max() > WIDE * values.min():
+        if is_wide(values):
             axes.set_xscale("log")
         else:
             axes.locator_params(axis="x", nbins=5)
