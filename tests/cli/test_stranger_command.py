@@ -1,5 +1,6 @@
 """A command of a stranger's own: all of it is in this file, and no file of the package knows it."""
 
+import functools
 import json
 import math
 import os
@@ -19,7 +20,7 @@ from ab_sim.base.presentation import Progress
 from ab_sim.cli import progress
 from ab_sim.cli.app import app
 from ab_sim.cli.declare import Changes, Heading, Json, Plot, SceneName
-from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.runner import Command, Outcome
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene import load_scene
 from tests.cli.test_interruption import ROOT, Program
@@ -64,15 +65,14 @@ def turns_command(given: TurnsOptions) -> Command:
         table = Table("time [s]", "turns of the spindle", title=scene.name)
         for row in found:
             table.add_row(*(f"{value:.6g}" for value in row))
-        return Outcome(
-            [table, "by its profile"], lambda: {"turns": found}, picture(f"{MODULE}:figure", found)
-        )
+        draw = functools.partial(figure, found)
+        return Outcome([table, "by its profile"], lambda: {"turns": found}, draw)
 
     return Command(work, scene.name, LEFT)
 
 
 def figure(found: list[tuple[float, float]], file: Path) -> None:
-    """Import only where one is drawn."""
+    """Import matplotlib only where a picture is drawn."""
     from matplotlib.figure import Figure
 
     from ab_sim.show.saved import save
