@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from page_parts import conditions, table
 
-from ab_sim.design.intervals import paired_shares, share_of
+from ab_sim.design.statistics import paired_shares, share_of
 
 NAMES = {
     "no hold": "no hold",

@@ -8,7 +8,7 @@ from adaptive_page import LIMITS, NAMES
 from matplotlib.figure import Figure
 
 from ab_sim.control import State
-from ab_sim.design.intervals import share_of
+from ab_sim.design.statistics import share_of
 from ab_sim.show.styles import BLUE, GREEN, GREY, ORANGE, VERMILION
 
 

@@ -33,7 +33,7 @@ from ab_sim.analysis.metrics import metrics_of  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.design.batch import Batch, simulate_batch  # noqa: E402
 from ab_sim.design.batch.prepared_run import steps_of  # noqa: E402
-from ab_sim.design.batch.variations import values_of_runs, varied_scene  # noqa: E402
+from ab_sim.design.batch.simulate import values_of_runs, varied_scene  # noqa: E402
 from ab_sim.design.sweep import DEFAULT_METRICS  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402

@@ -11,10 +11,10 @@ import pyarrow.parquet
 
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.offline import run_scene
-from ab_sim.identification.inputs import measured_of
+from ab_sim.identification.files import measured_of
 from ab_sim.identification.mapping import mapping_of
 from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, UNITS, Measured
-from ab_sim.identification.speed_profile import schedule_from
+from ab_sim.identification.spindle import schedule_from
 from ab_sim.scene import Scene, check_scene
 from ab_sim.scene.load import changed_scene
 

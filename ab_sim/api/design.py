@@ -1,8 +1,6 @@
 """Functions for design decisions over many drives."""
 
-import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ab_sim.base.errors import InputError, short
@@ -10,18 +8,14 @@ from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import Workers
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
-from ab_sim.design.candidates import Spreading
 from ab_sim.design.cluster import Cluster
-from ab_sim.design.fitted_spread import fitted_tolerances
-from ab_sim.design.points import points_of
-from ab_sim.design.scores import Standard
-from ab_sim.design.search import Effort
+from ab_sim.design.points import Range, Variable, points_of, range_, values, variable_of
+from ab_sim.design.search import Task
 from ab_sim.design.spread import Spread
 from ab_sim.design.spread_runs import SpreadQuestion, run_spread
 from ab_sim.design.sweep import DEFAULT_METRICS, Sweep
-from ab_sim.design.tolerances import Tolerance, tolerance_of
-from ab_sim.design.tune import DRAWS, RUNS, SHARE, Task, Tuning, aim_of, run_tuning
-from ab_sim.design.variables import Range, Variable, range_, values, variable_of
+from ab_sim.design.tolerances import Tolerance, fitted_tolerances, tolerance_of
+from ab_sim.design.tune import DRAWS, RUNS, SHARE, Tuning, aim_of, run_tuning
 from ab_sim.design.work import Executor
 from ab_sim.scene.load import SceneLike, as_scene
 
@@ -100,7 +94,7 @@ def sweep(
     >>> found.scene_of(2).balls.masses
     (0.002, 0.002)
     """
-    executor = _executor(workers, scheduler)
+    executor = executor_of(workers, scheduler)
     variables = [_variable(key, text, design is not None) for key, text in _mapping(over).items()]
     points = points_of(variables, design, seed)
     return sweeps.run_sweep(as_scene(scene), points, metrics, executor, progress)
@@ -189,17 +183,20 @@ def tune(
     """
     if draws < 2:
         raise InputError(f"draws = {draws}: must be at least 2")
-    spreading = Spreading(_tolerances(spread or {}), draws, seed)
-    standard = Standard(
+    tolerances = tuple(_tolerances(spread or {}))
+    draws = draws if tolerances else 1
+    task = Task(
+        as_scene(scene),
+        tuple(_range(key, limits) for key, limits in _mapping(vary).items()),
         aim_of(minimise, maximise),
         tuple(bound_of(bound) for bound in subject_to),
-        spreading.draws,
-        share if spread else 1.0,
+        runs // draws,
+        seed,
+        tolerances,
+        draws,
+        share if tolerances else 1.0,
     )
-    ranges = tuple(_range(key, limits) for key, limits in _mapping(vary).items())
-    effort = Effort(runs // spreading.draws, seed)
-    task = Task(as_scene(scene), ranges, standard, effort, spreading)
-    return run_tuning(task, _executor(workers, scheduler), progress)
+    return run_tuning(task, executor_of(workers, scheduler), progress)
 
 
 def robust(
@@ -292,7 +289,7 @@ def robust(
     >>> found.share.runs_for(0.01) > 100, found["rotor.eccentricity"].shape
     (True, (40,))
     """
-    executors = executors_of(workers, scheduler)
+    executor = executor_of(workers, scheduler)
     tolerances = [] if spread_from is None else fitted_tolerances(Path(spread_from))
     tolerances += [] if spread is None else _tolerances(spread)
     bounds = [balanced] if isinstance(balanced, str) else balanced
@@ -305,7 +302,7 @@ def robust(
         until,
         None if against is None else as_scene(against),
     )
-    return run_spread(as_scene(scene), tolerances, question, executors, progress)
+    return run_spread(as_scene(scene), tolerances, question, executor, progress)
 
 
 def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variable:
@@ -349,16 +346,13 @@ def _mapping(over: Over) -> Over:
     return over
 
 
-def executors_of(
-    workers: int, scheduler: str | None
-) -> Callable[[], AbstractContextManager[Executor]]:
-    """Return a function that creates executors, after creating one as a check."""
-    executors = functools.partial(_executor, workers, scheduler)
-    executors()
-    return executors
+def executor_of(workers: int, scheduler: str | None) -> Executor:
+    """Return local processes, or a Dask cluster at an address.
 
-
-def _executor(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
+    Raises:
+        InputError: both are given, the number of workers is below one, or ``Cluster`` refuses the
+            address.
+    """
     if workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
     if scheduler is not None and workers != 1:

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
-from ab_sim.api.design import executors_of
+from ab_sim.api.design import executor_of
 from ab_sim.base.presentation import Progress
+from ab_sim.design.sizing.claims import Running
 from ab_sim.design.sizing.size import RUNS, Sizing, run_sizing
 from ab_sim.design.sizing.specification import (
     BALLS,
@@ -16,7 +17,6 @@ from ab_sim.design.sizing.specification import (
     SpecificationTexts,
     specification_of,
 )
-from ab_sim.design.sizing.spread_share import Running
 
 
 def size(
@@ -126,5 +126,5 @@ def size(
         mass, critical_speed, speed, race_radius, race_width, unbalance, grade, damping_ratio,
         acceleration, settle, density, balls, share, residual, drag_tolerance, friction_arm,
     )  # fmt: skip
-    executors = executors_of(workers, scheduler)
-    return run_sizing(specification_of(texts), Running(runs, seed, executors, progress))
+    running = Running(runs, seed, executor_of(workers, scheduler), progress)
+    return run_sizing(specification_of(texts), running)

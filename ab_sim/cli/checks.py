@@ -6,7 +6,6 @@ Imports that take long are in the functions.
 import math
 import os
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
 from ab_sim.base.errors import InputError, short
@@ -57,7 +56,7 @@ def check_speed(speed: float) -> float:
     return speed
 
 
-def executor_of(workers: int | None, scheduler: str | None) -> "AbstractContextManager[Executor]":
+def executor_of(workers: int | None, scheduler: str | None) -> "Executor":
     """Return the executor for ``--workers`` and ``--scheduler``.
 
     Args:

@@ -17,24 +17,27 @@ from ab_sim.cli.design_commands import RobustOptions, SizeOptions, SweepOptions,
 from ab_sim.cli.outputs import Output, own_command
 from ab_sim.cli.runner import Command, Outcome, WholeLine, Write, new_table, picture, scene_writer
 from ab_sim.design.bounds import bound_of
-from ab_sim.design.candidates import Spreading
-from ab_sim.design.fitted_spread import fitted_tolerances
-from ab_sim.design.intervals import QuantileOfMetric
 from ab_sim.design.judged import OUTCOME, has_settled
-from ab_sim.design.near_misses import NearMiss, near_misses
-from ab_sim.design.points import points_of
-from ab_sim.design.scores import Standard
-from ab_sim.design.search import Effort
+from ab_sim.design.points import Range, points_of, variable_of
+from ab_sim.design.search import Task
+from ab_sim.design.sizing.claims import Running
 from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.size import Sizing, run_sizing, sizing_failure
 from ab_sim.design.sizing.specification import SpecificationTexts, specification_of
-from ab_sim.design.sizing.spread_share import Running
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
+from ab_sim.design.statistics import QuantileOfMetric
 from ab_sim.design.sweep import Sweep, run_sweep
-from ab_sim.design.tolerances import tolerance_of
-from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Task, Tuning, aim_of, run_tuning
-from ab_sim.design.variables import Range, variable_of
+from ab_sim.design.tolerances import fitted_tolerances, tolerance_of
+from ab_sim.design.tune import (
+    AS_IT_IS,
+    NO_PERIOD,
+    NearMiss,
+    Tuning,
+    aim_of,
+    near_misses,
+    run_tuning,
+)
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.units import shown_units
@@ -92,15 +95,19 @@ def tune_command(options: TuneOptions) -> Command:
     shown_units(options.units)
     executor = executor_of(options.workers, options.scheduler)
     scene = load_scene(options.scene, options.change)
-    spreading = Spreading(list(map(tolerance_of, options.spread)), options.draws, options.seed)
-    standard = Standard(
+    tolerances = tuple(map(tolerance_of, options.spread))
+    draws = options.draws if tolerances else 1
+    task = Task(
+        scene,
+        tuple(map(_range, options.vary)),
         aim_of(options.minimise, options.maximise),
         tuple(map(bound_of, options.subject_to)),
-        spreading.draws,
-        _share(options.share) if options.spread else 1.0,
+        options.runs // draws,
+        options.seed,
+        tolerances,
+        draws,
+        _share(options.share) if tolerances else 1.0,
     )
-    effort = Effort(options.runs // spreading.draws, options.seed)
-    task = Task(scene, tuple(map(_range, options.vary)), standard, effort, spreading)
 
     def work(tell: Progress) -> Outcome:
         result = run_tuning(task, executor, tell)
@@ -142,24 +149,24 @@ def _tuning_shown(tuning: Tuning) -> Iterator[Table | str]:
     counts = ", ".join(f"{name}: {count}" for name, count in tuning.runs.outcomes.items())
     inside, looked_at = int(tuning.scores.within.sum()), len(tuning.candidates)
     line = f"{looked_at} candidates, {inside} of them within all bounds; runs: {counts}"
-    standard, draws = tuning.task.standard, tuning.task.spreading.draws
+    task = tuning.task
     if tuning.candidate is None:
         yield line
         yield from _left_out(tuning)
         yield from map(functools.partial(_missed, tuning), near_misses(tuning))
         return
-    title = f"{tuning.runs.scene.name}: {standard.aim}"
+    title = f"{tuning.runs.scene.name}: {task.aim}"
     table = new_table("key", "best | from | to", title=title)
-    for range_ in tuning.task.ranges:
+    for range_ in task.ranges:
         factor = tuning.runs.factor(range_.key)
         cells = [number(x * factor) for x in (tuning.values[range_.key], range_.low, range_.high)]
         table.add_row(tuning.runs.titled(range_.key), *cells)
     yield table
-    if draws > 1:
-        yield f"value that {100 * standard.share:g} % of a candidate's {draws} drives reach:"
-    factor = tuning.runs.factor(standard.aim.metric)
-    verdict = "" if draws > 1 else f", {tuning.runs[OUTCOME][tuning.candidate]}"
-    yield f"{tuning.runs.titled(standard.aim.metric)}: {_aim_text(tuning.best, factor)}{verdict}"
+    if task.draws > 1:
+        yield f"value that {100 * task.share:g} % of a candidate's {task.draws} drives reach:"
+    factor = tuning.runs.factor(task.aim.metric)
+    verdict = "" if task.draws > 1 else f", {tuning.runs[OUTCOME][tuning.candidate]}"
+    yield f"{tuning.runs.titled(task.aim.metric)}: {_aim_text(tuning.best, factor)}{verdict}"
     if AS_IT_IS in tuning.as_good:
         yield "this is no better than the scene as it is"
     if NO_PERIOD in tuning.as_good:
@@ -195,10 +202,10 @@ def _missed(tuning: Tuning, miss: NearMiss) -> str:
 
 def _nothing_found(tuning: Tuning, scene_name: str) -> str:
     task = tuning.task
-    share = f"{100 * task.standard.share:g} % of the drives of no candidate have"
-    drives = share if task.spreading.draws > 1 else "no run has"
+    share = f"{100 * task.share:g} % of the drives of no candidate have"
+    drives = share if task.draws > 1 else "no run has"
     message = f"nothing found: {drives} settled and kept all bounds; widen the ranges or the bounds"
-    if len(tuning.candidates) >= task.effort.candidates:  # otherwise the search had converged
+    if len(tuning.candidates) >= task.candidates:  # otherwise the search had converged
         message += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
         command = f"{own_command()} equilibria {shlex.quote(scene_name)}"
@@ -219,8 +226,7 @@ HALF_WIDTH = "must be the half-width of the interval, e.g. 0.1%"
 def robust_command(options: RobustOptions) -> Command:
     """Return the command that runs drives with manufacturing tolerances."""
     shown_units(options.units)
-    executors = functools.partial(executor_of, options.workers, options.scheduler)
-    executors()
+    executor = executor_of(options.workers, options.scheduler)
     scene = load_scene(options.scene, options.change)
     other = None if options.against is None else load_scene(options.against)
     if other is not None and other.name == scene.name:
@@ -243,7 +249,7 @@ def robust_command(options: RobustOptions) -> Command:
         check_worst_folder(options.worst)
 
     def work(tell: Progress) -> Outcome:
-        result = run_spread(scene, tolerances, question, executors, tell)
+        result = run_spread(scene, tolerances, question, executor, tell)
         spread = result.in_units(options.units)
         writes: dict[str, Write | None] = {
             "--parquet": result.write, "--csv": result.write, "--worst": result.write_worst
@@ -377,8 +383,7 @@ def _against(spread: Spread, other: DesignDifference) -> Iterator[Table | str]:
 
 def size_command(options: SizeOptions) -> Command:
     """Return the command that sizes a balancer."""
-    executors = functools.partial(executor_of, options.workers, options.scheduler)
-    executors()
+    executor = executor_of(options.workers, options.scheduler)
     must = "must be a share, e.g. 10%"
     texts = SpecificationTexts(
         options.mass, options.critical, options.speed, options.race_radius, options.race_width,
@@ -391,7 +396,7 @@ def size_command(options: SizeOptions) -> Command:
     specification = specification_of(texts)
 
     def work(tell: Progress) -> Outcome:
-        sizing = run_sizing(specification, Running(options.runs, options.seed, executors, tell))
+        sizing = run_sizing(specification, Running(options.runs, options.seed, executor, tell))
         return Outcome(
             _sizing_shown(sizing),
             sizing.report,

@@ -11,8 +11,12 @@ from ab_sim.base.presentation import Progress
 from ab_sim.cli.design_commands import SensitivityOptions
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.design.batch import simulate_batch
-from ab_sim.design.derivatives import MetricSensitivities, metric_sensitivities, real_keys
-from ab_sim.design.derivatives.of_metrics import differentiable_metrics
+from ab_sim.design.derivatives import (
+    MetricSensitivities,
+    differentiable_metrics,
+    metric_sensitivities,
+)
+from ab_sim.design.differences import real_keys
 from ab_sim.scene import load_scene
 
 

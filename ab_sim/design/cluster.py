@@ -1,15 +1,23 @@
 """Work on other machines through an existing Dask cluster.
 
-Dask and its scheduler only see bytes. Each worker first compares its sources and versions with
+A task is a pickle; unpickling it does the work. The scheduler therefore does not need ab_sim, and a
+worker without ab_sim fails like any task. Each worker first compares its sources and versions with
 those of the requesting process, because results are stored under exactly these.
 """
 
 import contextlib
+import functools
+import hashlib
+import importlib
 import importlib.util
+import io
+import json
 import logging
 import math
 import pickle
 import queue
+import socket
+import sys
 import threading
 import time
 import uuid
@@ -17,18 +25,19 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from urllib.parse import urlsplit
 
 import ab_sim
+from ab_sim.analysis.result_cache import sources_and_versions
 from ab_sim.base.errors import AbSimError, InputError, short, visible
 from ab_sim.base.plug_ins import GROUP, LOAD, loaded_files
 from ab_sim.base.sources import NotOfSources
 from ab_sim.base.workers import KEPT, WorkerLost
-from ab_sim.design.remote_call import Answer, Differs, Done, Raised, RemoteCall
 
 if TYPE_CHECKING:
     from distributed import Client, Future
+
 
 ANSWERS = 20.0
 """Timeout of a scheduler's answer [s]; on a busy machine 10 s were too short."""
@@ -44,6 +53,10 @@ _LOGGERS = ("asyncio", "distributed", "tornado")
 
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
+_INSTALLED = "installed "
+"""Prefix of names of packages among sources and versions."""
+_ONE = threading.Lock()
+"""Lock for worker threads, because Python 3.11 cannot parse in two threads at a time."""
 Waiting = Callable[[str | None], None]
 """Callback for each second without a result.
 
@@ -118,7 +131,8 @@ class Cluster:
         if not items:
             return
         try:
-            call = RemoteCall(function, self.modules)
+            modules = _modules_of(function, self.modules)
+            fingerprint = _fingerprint(modules)
         except NotOfSources as reason:
             raise ClusterUnusable(
                 f"workers cannot be compared with this process: {reason}"
@@ -129,13 +143,21 @@ class Cluster:
         while True:
             room = max(0, IN_FLIGHT * max(1, self._threads_now(client)) - len(flying))
             for part in islice(parts, room):
-                flying.append(self._sent(client, call.task(part)))
+                work = pickle.dumps((function, list(part)))
+                task = pickle.dumps(_Call(results_of, modules, fingerprint, work))
+                flying.append(self._sent(client, task))
             if not flying:
                 return
             self._news.wait(LOOKS)
             self._news.clear()
-            for answer in self._answers(client, flying):
-                yield from _results(call, answer)
+            for results in self._finished(client, flying):
+                if isinstance(results, Differs):
+                    raise ClusterUnusable(
+                        f"the worker on {results.host} would not give the same bits: "
+                        f"{_differences(_made_of(modules), results.made_of)}; install the same "
+                        "versions there as here, and restart it"
+                    )
+                yield from results
 
     def _connected(self) -> "Client":
         if self._client is None:
@@ -187,15 +209,15 @@ class Cluster:
             future.add_done_callback(lambda _: self._news.set())
         return future
 
-    def _answers(self, client: "Client", flying: "deque[Future]") -> list[Answer]:
-        """Remove and return the finished answers at the front of the queue."""
+    def _finished(self, client: "Client", flying: "deque[Future]") -> list[Any]:
+        """Remove the finished tasks at the front of the queue, and return what they returned."""
         from distributed import TimeoutError as Late
 
-        answers: list[Answer] = []
+        finished: list[Any] = []
         while flying and flying[0].status == "finished":
             with self._lost_with(client):
                 try:
-                    answers.append(pickle.loads(flying[0].result(timeout=ARRIVES)))
+                    finished.append(flying[0].result(timeout=ARRIVES))
                 except Late as error:
                     if flying[0].status != "finished":
                         break  # lost with its worker and computed again
@@ -204,10 +226,10 @@ class Cluster:
                         f"scheduler at {self._address} reach its workers? {KEPT}"
                     ) from error
             flying.popleft()
-        if answers:
-            return answers
+        if finished:
+            return finished
         if flying[0].status == "error":
-            raise _failure(flying[0].exception())
+            raise _failure(flying[0].exception()) from None
         if flying[0].status == "cancelled":  # the connection broke
             raise self._lost()
         if self.waiting is not None:
@@ -253,22 +275,8 @@ def checked_address(text: str) -> str:
     return whole
 
 
-def _results(call: RemoteCall, answer: Answer) -> Sequence[Any]:
-    """Return the results of a worker's calls, or raise their exception."""
-    match answer:
-        case Done(results):
-            return results
-        case Raised(error):
-            raise error
-        case Differs(host, _):
-            raise ClusterUnusable(
-                f"the worker on {host} would not give the same bits: {call.differences(answer)}; "
-                "install the same versions there as here, and restart it"
-            )
-
-
-def _failure(error: BaseException | None) -> AbSimError:
-    """Return the error for a call that Dask has given up."""
+def _failure(error: BaseException) -> BaseException:
+    """Return the error for a task that has failed: its own, or one that Dask has found."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
@@ -281,7 +289,7 @@ def _failure(error: BaseException | None) -> AbSimError:
             f"a worker has no ab_sim, or a different one: {_reason(error)}; install ab_sim "
             f"{ab_sim.__version__} there"
         )
-    return WorkerLost(f"a worker could not answer: {_reason(error)}; {KEPT}")
+    return error
 
 
 def _reason(error: BaseException | None) -> str:
@@ -309,3 +317,99 @@ def _silence() -> Iterator[None]:
     finally:
         for logger, level in before:
             logger.setLevel(level)
+
+
+class Differs(NamedTuple):
+    """Refusal of a worker with other sources or versions, which has called nothing."""
+
+    host: str
+    made_of: dict[str, str]
+    """Sources and versions of the worker, by name."""
+
+
+class _Call:
+    """Object that performs a call when it is unpickled."""
+
+    def __init__(self, function: Callable[..., Any], *arguments: Any) -> None:
+        self._call = function, arguments
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self._call
+
+
+def results_of(modules: frozenset[str], fingerprint: str, work: bytes) -> list[Any] | Differs:
+    """Return the results of a task; it runs on a worker.
+
+    Args:
+        modules: modules that results depend on.
+        fingerprint: fingerprint of sources and versions in the requesting process.
+        work: pickled function and its items.
+    """
+    try:
+        with _ONE:
+            same = _fingerprint(modules) == fingerprint
+    except NotOfSources as reason:
+        return Differs(socket.gethostname(), {str(reason): ""})
+    if not same:
+        return Differs(socket.gethostname(), _made_of(modules))
+    for module in modules:
+        importlib.import_module(module)  # registers its metrics and effects
+    function, items = pickle.loads(work)
+    return [function(item) for item in items]
+
+
+def _modules_of(function: Callable[..., Any], modules: Iterable[str]) -> frozenset[str]:
+    """Return the modules that results depend on: named ones, the function's and its arguments'."""
+    home = function.func if isinstance(function, functools.partial) else function
+    _, versions = sources_and_versions(frozenset([home.__module__]))
+    named = {
+        module
+        for module in _modules_in(pickle.dumps(function))
+        if module.partition(".")[0] not in sys.stdlib_module_names | versions.keys()
+    }
+    return frozenset([home.__module__, *modules, *named])
+
+
+def _differences(here: dict[str, str], there: dict[str, str]) -> str:
+    """Describe the differences of sources and versions from those of a worker."""
+    names = sorted(here.keys() | there.keys())
+    named = [name for name in names if here.get(name) != there.get(name)]
+    versions = [
+        f"{name} {there.get(name, 'none')}, here {here.get(name, 'none')}"
+        for name in named
+        if name.startswith(_INSTALLED)
+    ]
+    own_names = [name for name in named if not name.startswith(_INSTALLED)]
+    if own_names:
+        more = f" and {len(own_names) - 1} others" if len(own_names) > 1 else ""
+        versions.append(f"another source of {own_names[0]}{more}")
+    return "; ".join(versions).replace(_INSTALLED, "")
+
+
+def _modules_in(pickled: bytes) -> set[str]:
+    """Return the modules of classes and functions in a pickle."""
+    modules: set[str] = set()
+
+    class Seen(pickle.Unpickler):
+        def find_class(self, module: str, name: str) -> Any:
+            modules.add(module)
+            return super().find_class(module, name)
+
+    Seen(io.BytesIO(pickled)).load()
+    return modules
+
+
+@functools.cache
+def _made_of(modules: frozenset[str]) -> dict[str, str]:
+    digests, versions = sources_and_versions(modules)
+    return {
+        f"{_INSTALLED}ab_sim": ab_sim.__version__,
+        **{f"{_INSTALLED}{name}": version for name, version in versions.items()},
+        **digests,
+    }
+
+
+@functools.cache
+def _fingerprint(modules: frozenset[str]) -> str:
+    content = json.dumps(_made_of(modules), sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.base.errors import InputError, SceneError, exact, short
-from ab_sim.design.distributions import Discrete, Distribution, Normal
-from ab_sim.design.points import MOST, check_within
+from ab_sim.design.points import MOST_RUNS, check_within
 from ab_sim.design.tolerances import (
     ANGLES,
     FACTOR,
@@ -22,6 +21,9 @@ from ab_sim.design.tolerances import (
     RANDOM,
     RATES,
     VALUE,
+    Discrete,
+    Distribution,
+    Normal,
     Tolerance,
 )
 from ab_sim.model.equations.neighbours import angles_at_random
@@ -56,8 +58,8 @@ class DrawnPoints:
     ) -> None:
         if not tolerances:
             raise InputError("nothing is spread; name a key and its spread, e.g. balls.mass=5%")
-        if not 1 <= count <= MOST:
-            raise InputError(f"{count} runs: must be from 1 to {MOST}")
+        if not 1 <= count <= MOST_RUNS:
+            raise InputError(f"{count} runs: must be from 1 to {MOST_RUNS}")
         self.scene, self.tolerances, self.seed, self._count = scene, tuple(tolerances), seed, count
         self.sources = _sources(tolerances)
         """Name of each tolerance's random stream: its group, or its own name."""

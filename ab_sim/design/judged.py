@@ -11,7 +11,7 @@ from ab_sim.analysis.metrics.verdict import SETTLED, Verdict
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.design.batch.judging import JudgedPart, judged_parts
 from ab_sim.design.batch.prepared_run import PreparedRun
-from ab_sim.design.batch.run_columns import split_of
+from ab_sim.design.batch.run_columns import columns_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -83,12 +83,12 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         aborted runs are null.
     """
     values = zip(*(point.values for point in points), strict=True)
-    split = split_of(job.scene, dict(zip(job.keys, values, strict=True)))
-    in_columns = set() if split is None else set(split.rows.tolist())
+    columns = columns_of(job.scene, dict(zip(job.keys, values, strict=True)))
+    in_columns = set() if columns is None else set(columns.valid.tolist())
     keys = list(dict.fromkeys((*job.metrics, _VERDICT)))
     rows = _Rows(job, len(points))
-    if split is not None:
-        rows.add(judged_parts(split, {}, keys))
+    if columns is not None:
+        rows.add(judged_parts(columns, {}, keys))
     others = [place for place in range(len(points)) if place not in in_columns]
     for first in range(0, len(others), PREPARED_AT_ONCE):
         prepared: dict[int, PreparedRun] = {}
@@ -99,8 +99,8 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
                 rows.fail(place, str(error))
         rows.add(judged_parts(None, prepared, keys))
     schema = schema_of(job)
-    columns = {RUN: [point.run for point in points], **rows.columns}
-    return pyarrow.table([pyarrow.array(columns[f.name], f.type) for f in schema], schema=schema)
+    results = {RUN: [point.run for point in points], **rows.columns}
+    return pyarrow.table([pyarrow.array(results[f.name], f.type) for f in schema], schema=schema)
 
 
 def schema_of(job: Job) -> pyarrow.Schema:
@@ -125,6 +125,12 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
     changes = dict(zip(job.keys, values, strict=True))
     changed = ", ".join(f"{key}={value}" for key, value in changes.items())
     return changed_scene(job.scene, changes, changed)
+
+
+def metric_values(table: pyarrow.Table, metric: str) -> np.ndarray:
+    """Return the numbers of a metric in a table of ``judged``; NaN for null."""
+    values: np.ndarray = table[metric].cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+    return values
 
 
 class _Rows:

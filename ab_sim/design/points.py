@@ -1,16 +1,227 @@
-"""Points of a sweep: values of the keys in each run."""
+"""Varied keys of a scene with their values, and the points of a sweep over them."""
 
 import math
-from collections.abc import Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ab_sim.base.errors import InputError, short
-from ab_sim.design.variables import ListedValues, Range, Variable
+from ab_sim.base.errors import InputError, exact, short
+from ab_sim.base.numbers import number_in
+from ab_sim.base.yaml_files import read_yaml
+from ab_sim.scene.keys import scene_keys
+from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
-MOST = 10_000_000
+MOST_VALUES = 1_000_000
+"""Largest number of values of one key."""
+FORMS = (
+    "must be KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT, KEY=FROM..TO (for a design) or "
+    "KEY=V,V,..., e.g. balls.mass=0.5g..3g:26"
+)
+
+
+class Range(NamedTuple):
+    """Range of values that a design samples."""
+
+    key: str
+    low: float
+    high: float
+    log: bool = False
+    """True if values are spaced logarithmically."""
+    whole: bool = False
+    """True if the key takes whole numbers only."""
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return values at fractions of the range.
+
+        Args:
+            shares: fractions from 0 to below 1, shape (n,).
+        """
+        if self.whole:
+            first, count = round(self.low), round(self.high) - round(self.low) + 1
+            return first + np.floor(shares * count).astype(np.int64)
+        if self.log:
+            low, high = math.log(self.low), math.log(self.high)
+            return np.exp(low + shares * (high - low))
+        return self.low + shares * (self.high - self.low)
+
+    def share(self, value: float) -> float:
+        """Return the fraction of the range at a value; whole numbers are returned unchanged."""
+        if self.whole:
+            return value
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+
+class ListedValues(NamedTuple):
+    """Values of a key, all of which a grid uses."""
+
+    key: str
+    values: tuple[Any, ...]
+    """Numbers, or other values that the key accepts."""
+    log: bool = False
+    """True if pictures show the key on a logarithmic axis."""
+
+
+Variable = Range | ListedValues
+
+
+def variable_of(text: str) -> Variable:
+    """Parse ``KEY=FROM..TO:COUNT``, ``KEY=log:FROM..TO:COUNT`` or ``KEY=V,V,...``.
+
+    Without a count it is a range for a design. Listed values are YAML, so that a value may be a
+    list. If only the last number has a unit, the unit applies to all.
+
+    Raises:
+        InputError: the text is invalid; the message states the fault.
+    """
+    key, equals, values_text = (part.strip() for part in text.partition("="))
+    if not equals or not key or not values_text:
+        raise InputError(f"{short(text)}: {FORMS}")
+    log = values_text.startswith("log:")
+    low, dots, rest = values_text.removeprefix("log:").partition("..")
+    if not dots:
+        return values(key, _in_one_unit(text, key, _listed(text, values_text)))
+    high, colon, count = rest.partition(":")
+    low, high = _with_last_unit(text, [low, high])
+    between = range_(key, _number(text, key, low), _number(text, key, high), log)
+    return spaced(between, _count(text, count)) if colon else between
+
+
+def range_(key: str, low: float, high: float, log: bool = False) -> Range:
+    """Return a range of a numeric key.
+
+    Args:
+        key: dotted key.
+        low, high: ends of the range [SI], both included.
+        log: whether values are spaced logarithmically.
+
+    Raises:
+        InputError: an end is not allowed; the message names key, value and allowed range.
+    """
+    whole = _takes_whole_numbers(key)
+    text = f"{key}: from {exact(low)} to {exact(high)}"
+    largest = sys.float_info.max  # an int may be larger
+    if not -largest <= low < high <= largest:
+        raise InputError(f"{text}: must be two finite numbers, the lower one first")
+    if log and low <= 0:
+        raise InputError(f"{text}: must be above 0 for logarithmic steps")
+    if whole and not (float(low).is_integer() and float(high).is_integer()):
+        raise InputError(f"{text}: must be whole numbers")
+    return Range(key, float(low), float(high), log, whole)
+
+
+def spaced(between: Range, count: int) -> ListedValues:
+    """Return ``count`` values of a range including its ends; rounded for whole numbers.
+
+    Raises:
+        InputError: ``count`` is below two, too large, or exceeds the number of whole numbers.
+    """
+    key, low, high, log, whole = between
+    most = round(high - low) + 1 if whole else MOST_VALUES
+    if not 2 <= count <= most:
+        raise InputError(f"{key}: {count} values: must be from 2 to {most}")
+    if log:
+        steps = np.geomspace(low, high, count)
+    else:
+        steps = np.linspace(low, high, count)
+    if whole:
+        return ListedValues(key, tuple(dict.fromkeys(round(float(value)) for value in steps)), log)
+    return ListedValues(key, tuple(float(value) for value in steps), log)
+
+
+def values(key: str, listed: Sequence[Any]) -> ListedValues:
+    """Return the listed values of a key, of any kind, after a check.
+
+    Raises:
+        InputError: there are no values, too many, or duplicates.
+    """
+    unit = scene_keys(key)[0].unit
+    if not 1 <= len(listed) <= MOST_VALUES:
+        raise InputError(f"{key}: {len(listed)} values: must be from 1 to {MOST_VALUES}")
+    numbers = tuple(_plain(key, unit, value) for value in listed)
+    seen: set[str] = set()
+    for value in numbers:
+        if not _fits(value):
+            raise InputError(
+                f"{key}: {short(value)}: must be finite, and whole numbers within 64 bits"
+            )
+        if (text := repr(value)) in seen:
+            raise InputError(f"{key}: {short(value)} is given twice")
+        seen.add(text)
+    return ListedValues(key, numbers)
+
+
+def _fits(value: Any) -> bool:
+    """Return whether a table can store a value."""
+    if isinstance(value, Mapping):
+        return all(map(_fits, value.values()))
+    if isinstance(value, list | tuple):
+        return all(map(_fits, value))
+    if isinstance(value, int):
+        return -(2**63) <= value < 2**63
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+def _takes_whole_numbers(key: str) -> bool:
+    return scene_keys(key)[0].range.startswith("whole")
+
+
+def _in_one_unit(text: str, key: str, listed: list[Any]) -> list[Any]:
+    """Return listed values; if only the last one has a unit, it applies to all."""
+    if scene_keys(key)[0].unit in NO_UNIT:
+        return listed
+    if not any(isinstance(value, str) and has_unit(value) for value in listed):
+        return listed
+    return _with_last_unit(text, [str(value) for value in listed])
+
+
+def _with_last_unit(text: str, numbers: Sequence[str]) -> list[str]:
+    try:
+        return with_last_unit(numbers)
+    except ValueError as error:
+        raise InputError(f"{short(text)}: {short(numbers[-1].strip())} {error}") from None
+
+
+def _number(text: str, key: str, part: str) -> float:
+    """Parse a number with its unit or in SI."""
+    part = part.strip()
+    try:
+        if has_unit(part):
+            return in_si(part, scene_keys(key)[0].unit)
+        return number_in(part)
+    except ValueError as error:
+        why = error if has_unit(part) else f"is not a number; {FORMS}"
+        raise InputError(f"{short(text)}: {short(part)} {why}") from None
+
+
+def _plain(key: str, unit: str, value: Any) -> Any:
+    """Return a text as a number in SI if the key is numeric; other values unchanged."""
+    if unit in NO_UNIT or not isinstance(value, str):
+        return value
+    return _number(f"{key}={value}", key, value)
+
+
+def _count(text: str, part: str) -> int:
+    if not (part.isascii() and part.strip().isdecimal()) or len(part) > 9:
+        raise InputError(f"{short(text)}: {short(part)} is not a number of values; {FORMS}")
+    return int(part)
+
+
+def _listed(text: str, text_: str) -> list[Any]:
+    try:
+        numbers = read_yaml(text_ if text_.startswith("[") else f"[{text_}]")
+    except ValueError as error:
+        raise InputError(f"{short(text)}: its values: {error}") from error
+    if not isinstance(numbers, list):
+        raise InputError(f"{short(text)}: {FORMS}")
+    return numbers
+
+
+MOST_RUNS = 10_000_000
 """Largest number of runs of a sweep."""
 
 
@@ -176,5 +387,5 @@ def _grid(variables: Sequence[Variable]) -> GridPoints:
 
 
 def _check_count(count: int) -> None:
-    if not 1 <= count <= MOST:
-        raise InputError(f"{count} runs: must be from 1 to {MOST}; take fewer values")
+    if not 1 <= count <= MOST_RUNS:
+        raise InputError(f"{count} runs: must be from 1 to {MOST_RUNS}; take fewer values")

@@ -1,37 +1,231 @@
-"""Search for the best values of keys: global by populations, then local."""
+"""Search for the best candidate of a tuning: global by populations, then local.
 
+With spread, every candidate is run with the same draws (common random numbers), so that differences
+between candidates are not due to chance.
+"""
+
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import pyarrow
 from scipy.optimize import Bounds, differential_evolution, minimize
 
-from ab_sim.design.variables import Range
+from ab_sim.base.errors import SceneError
+from ab_sim.design.bounds import Bound
+from ab_sim.design.draws import DrawnPoints
+from ab_sim.design.judged import OUTCOME, Job, has_settled, metric_values, varied_scene
+from ab_sim.design.points import Range
+from ab_sim.design.tolerances import Tolerance
+from ab_sim.scene.model import Scene
 
+MEASURES = {"balanced": "residual_unbalance"}
+"""Number that measures the distance of a truth-valued metric from being true."""
 POLISH = 0.15
 """Fraction of all runs for the local search."""
 BESIDE = 0.02
 """Initial size of the local simplex, as a fraction of a range."""
 PRECISION = 1e-4
 """Tolerance of the local search, as a fraction of a range."""
-
 Costs = Callable[[np.ndarray], np.ndarray]
 """Function from values, shape (candidates, keys), to costs, shape (candidates,)."""
+_BEYOND, _NOTHING = 1.0, 3.0
+"""Costs of candidates outside bounds (plus the violation), and of candidates without a value."""
 
 
-class Effort(NamedTuple):
-    """Budget of a search."""
+class Aim(NamedTuple):
+    """Objective: a metric to be minimised or maximised."""
 
+    metric: str
+    smallest: bool
+
+    def __str__(self) -> str:
+        return f"{'smallest' if self.smallest else 'largest'} {self.metric}"
+
+
+class Task(NamedTuple):
+    """Definition of a tuning."""
+
+    scene: Scene
+    ranges: tuple[Range, ...]
+    """Ranges of the varied keys."""
+    aim: Aim
+    bounds: tuple[Bound, ...]
     candidates: int
     """Largest number of candidates; the last population may exceed it."""
-    seed: int
+    seed: int = 0
+    """Seed of the search, and of the drives of each candidate."""
+    tolerances: tuple[Tolerance, ...] = ()
+    """Tolerances of the drives of a design; empty for identical drives."""
+    draws: int = 1
+    """Number of drives per candidate; 1 without tolerances."""
+    share: float = 1.0
+    """Fraction of a candidate's drives that must settle within all bounds and reach the aim."""
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """Metrics of the aim and the bounds, and numbers that measure truth-valued ones."""
+        decide = [self.aim.metric, *(bound.metric for bound in self.bounds)]
+        return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
+
+    def report(self) -> dict[str, Any]:
+        """Return the defining values, JSON-able."""
+        return {
+            "ranges": {range_.key: [*range_[1:]] for range_ in self.ranges},
+            "aim": str(self.aim),
+            "bounds": [str(bound) for bound in self.bounds],
+            "share": self.share,
+            "effort": [self.candidates, self.seed],
+            "spread": [tolerance.report() for tolerance in self.tolerances],
+            "draws": self.draws,
+            "seed": self.seed,
+        }
+
+
+class Scores(NamedTuple):
+    """Scores of candidates, each of shape (candidates,)."""
+
+    aims: np.ndarray
+    """Value that the required fraction of a candidate's drives reaches; NaN if too few settle."""
+    within: np.ndarray
+    """True for each candidate whose required fraction of drives settles within all bounds."""
+    costs: np.ndarray
+    """Costs to be minimised.
+
+    Candidates within bounds come first, by their aim. The others follow by their distance from the
+    bounds, and last come those without a value.
+    """
+
+
+def scored(table: pyarrow.Table, task: Task) -> Scores:
+    """Score candidates by their runs.
+
+    Args:
+        table: table of ``judged``; the runs of a candidate are contiguous.
+        task: task with the criteria.
+    """
+    sign = 1.0 if task.aim.smallest else -1.0
+    shape = (-1, task.draws)
+    values = metric_values(table, task.aim.metric).reshape(shape)
+    settled = has_settled(table[OUTCOME].to_pylist()).reshape(shape) & np.isfinite(values)
+    inside, beyond = settled.copy(), np.zeros(values.shape)
+    for bound in task.bounds:
+        metrics = metric_values(table, bound.metric).reshape(shape)
+        settled &= np.isfinite(metrics)
+        holds = bound.holds(metrics)
+        inside &= holds
+        distance = np.abs(metrics - bound.limit) / max(abs(bound.limit), 1e-12)
+        beyond += np.where(holds, 0.0, distance / (1.0 + distance))
+    aims = _reached(np.where(settled, sign * values, math.inf), task.share)
+    needed = _count(task.share, task.draws)
+    within = inside.sum(axis=1) >= needed
+    # Mean violation of the best drives, as many as the required fraction.
+    worst = np.sort(np.where(settled, beyond, math.inf), axis=1)[:, :needed]
+    costs = np.where(within, np.arctan(aims) / math.pi, _BEYOND + _mean(worst))
+    costs = np.where(np.isfinite(aims), costs, _NOTHING)
+    return Scores(np.where(np.isfinite(aims), sign * aims, math.nan), within, costs)
+
+
+def best_of(scores: Scores) -> int | None:
+    """Return the index of the best candidate within bounds; None if there is none."""
+    if not scores.within.any():
+        return None
+    return int(np.argmin(np.where(scores.within, scores.costs, math.inf)))
+
+
+def joined(scores: Sequence[Scores]) -> Scores:
+    """Concatenate scores of all candidates in order."""
+    return Scores(*(np.concatenate(columns) for columns in zip(*scores, strict=True)))
+
+
+def _count(share: float, draws: int) -> int:
+    return max(1, math.ceil(share * draws - 1e-9))
+
+
+def _reached(values: np.ndarray, share: float) -> np.ndarray:
+    """Return the largest value among the best ``share`` of each row."""
+    quantiles: np.ndarray = np.sort(values, axis=1)[:, _count(share, values.shape[1]) - 1]
+    return quantiles
+
+
+def _mean(worst: np.ndarray) -> np.ndarray:
+    """Return the mean constraint violation, at most about 1.
+
+    A required drive without a value counts as 1.
+    """
+    means: np.ndarray = np.where(np.isfinite(worst), worst, 1.0).mean(axis=1)
+    return np.minimum(means, 1.0) + 1e-9
+
+
+class Candidates:
+    """Points that grow during a search: a run for each draw of each candidate.
+
+    Args:
+        task: definition of the tuning.
+        study: defining values of the study, JSON-able.
+    """
+
+    def __init__(self, task: Task, study: dict[str, Any]) -> None:
+        self._task, self._study = task, study
+        self._varied = tuple(range_.key for range_ in task.ranges)
+        self.keys = tuple(dict.fromkeys([*self._varied, *(t.key for t in task.tolerances)]))
+        self.values: list[tuple[Any, ...]] = []
+        """Values of each candidate, in the order of the ranges."""
+
+    def __len__(self) -> int:
+        return len(self.values) * self._task.draws
+
+    def add(self, values: np.ndarray) -> range:
+        """Add candidates, shape (candidates, keys), and return the indices of their runs."""
+        first = len(self)
+        for row in values.tolist():
+            pairs = zip(row, self._task.ranges, strict=True)
+            self.values.append(tuple(int(v) if range_.whole else v for v, range_ in pairs))
+        return range(first, len(self))
+
+    def at(self, run: int) -> tuple[Any, ...]:
+        """Return the values of a run, see ``Points``."""
+        candidate, draw = divmod(run, self._task.draws)
+        candidate_values = self.values[candidate]
+        drawn = self._drawn(candidate)
+        if drawn is None:
+            return candidate_values + (None,) * (len(self.keys) - len(candidate_values))
+        spread = dict(zip(drawn.keys, drawn.at(draw), strict=True))
+        values = dict(zip(self._varied, candidate_values, strict=True)) | spread
+        return tuple(values[key] for key in self.keys)
+
+    def report(self) -> dict[str, Any]:
+        """Return the study, see ``Points``."""
+        return self._study
+
+    def scene_of(self, candidate: int) -> Scene:
+        """Return the nominal scene of a candidate.
+
+        Raises:
+            SceneError: the values give no valid scene; the message states why.
+        """
+        return varied_scene(Job(self._task.scene, self._varied, ()), self.values[candidate])
+
+    @functools.lru_cache(maxsize=4)  # noqa: B019  # runs of a candidate are requested together
+    def _drawn(self, candidate: int) -> DrawnPoints | None:
+        """Return the drives of a candidate; None without spread or without a valid scene."""
+        task = self._task
+        if not task.tolerances:
+            return None
+        try:
+            scene = self.scene_of(candidate)
+        except SceneError:
+            return None
+        return DrawnPoints(scene, task.tolerances, task.draws, task.seed)
 
 
 def search(
     ranges: Sequence[Range],
     costs: Costs,
-    effort: Effort,
+    candidates: int,
+    seed: int,
     scene_values: Sequence[float] | None = None,
 ) -> None:
     """Evaluate the costs of candidates, approaching the best.
@@ -43,7 +237,7 @@ def search(
     Args:
         ranges: ranges of the keys.
         costs: deterministic cost function.
-        effort: budget and seed; they determine the candidates.
+        candidates, seed: see ``Task``; they determine the candidates.
         scene_values: values of an additional first candidate; None for none.
     """
     best = _Best(ranges, costs)
@@ -51,8 +245,8 @@ def search(
     high = np.array([range_.high if range_.whole else 1.0 for range_ in ranges])
     # A power of two, as required for a balanced Sobol sequence and for full lanes.
     population = 2 ** max(4, math.ceil(math.log2(8 * len(ranges))))
-    generations = int(effort.candidates * (1.0 - POLISH)) // population - 1
-    first = _first(low, high, population, effort.seed)
+    generations = int(candidates * (1.0 - POLISH)) // population - 1
+    first = _first(low, high, population, seed)
     if scene_values is not None:
         first[0] = [range_.share(value) for range_, value in zip(ranges, scene_values, strict=True)]
 
@@ -65,7 +259,7 @@ def search(
         maxiter=max(1, generations),
         popsize=math.ceil(population / len(ranges)),
         init=first,
-        rng=np.random.default_rng(effort.seed),
+        rng=np.random.default_rng(seed),
         integrality=[range_.whole for range_ in ranges],
         vectorized=True,
         updating="deferred",
@@ -74,7 +268,7 @@ def search(
     )
     free = [k for k, range_ in enumerate(ranges) if not range_.whole]
     if free and math.isfinite(best.cost):
-        _polish(best, free, max(1, effort.candidates - best.evaluated))
+        _polish(best, free, max(1, candidates - best.evaluated))
 
 
 class _Best:

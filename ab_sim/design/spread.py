@@ -15,9 +15,14 @@ from ab_sim.base.files import write_whole
 from ab_sim.base.presentation import Column, Columns, Presented
 from ab_sim.base.yaml_files import yaml_text
 from ab_sim.design.bounds import Bound
-from ab_sim.design.intervals import MeanInterval, PairedShares, QuantileOfMetric, ShareBalanced
 from ab_sim.design.judged import Job, varied_scene
-from ab_sim.design.sensitivity import SobolIndex
+from ab_sim.design.statistics import (
+    MeanInterval,
+    PairedShares,
+    QuantileOfMetric,
+    ShareBalanced,
+    SobolIndex,
+)
 from ab_sim.design.sweep import Sweep
 from ab_sim.design.tolerances import Tolerance
 from ab_sim.scene.model import Scene
@@ -74,7 +79,7 @@ class DesignDifference(NamedTuple):
         """Return the comparison as JSON-able values."""
         return {
             "scene": self.runs.scene.as_mapping(),
-            "share": share_report(self.share),
+            "share": self.share.report(),
             "paired": self.paired._asdict(),
             "metrics": {
                 name: {**metric._asdict(), "median": metric.median._asdict()}
@@ -82,7 +87,7 @@ class DesignDifference(NamedTuple):
             },
             "outcomes": self.runs.outcomes,
             "balanced": self.balanced.tolist(),
-            "runs": {n: self.runs.table[n].to_pylist() for n in self.runs.table.column_names},
+            "runs": self.runs.table.to_pydict(),
         }
 
 
@@ -187,7 +192,7 @@ class Spread(Presented):
             "spread": [tolerance.text for tolerance in self.tolerances],
             "seed": self.seed,
             "criterion": [str(bound) for bound in self.criterion],
-            "share": share_report(self.share),
+            "share": self.share.report(),
             "quantiles": {
                 name: [quantile._asdict() for quantile in quantile]
                 for name, quantile in self.quantiles.items()
@@ -210,7 +215,7 @@ class Spread(Presented):
             "outcomes": self.runs.outcomes,
             "units": {name: self.runs.unit(name) for name in table.column_names},
             "balanced": self.balanced.tolist(),
-            "runs": {name: table[name].to_pylist() for name in table.column_names},
+            "runs": table.to_pydict(),
             "version": ab_sim.__version__,
         }
 
@@ -226,12 +231,7 @@ class Spread(Presented):
         return facts
 
     def _columns(self) -> Columns:
-        table = self.runs.table
-        columns = {
-            name: Column(self.runs.unit(name), table[name].to_pylist())
-            for name in table.column_names
-        }
-        return {**columns, "meets_criterion": Column(None, self.balanced.tolist())}
+        return {**self.runs._columns(), "meets_criterion": Column(None, self.balanced.tolist())}
 
 
 def check_worst_folder(folder: Path) -> None:
@@ -253,8 +253,3 @@ def share_text(share: ShareBalanced) -> str:
     digits = max(0, min(4, 2 - int(np.floor(np.log10(200.0 * share.half_width)))))
     value, low, high = (f"{100.0 * x:.{digits}f}" for x in (share.value, share.low, share.high))
     return f"{value} % ({low} to {high} %)"
-
-
-def share_report(share: ShareBalanced) -> dict[str, object]:
-    """Return a share as JSON-able values."""
-    return {**share._asdict(), "value": share.value}

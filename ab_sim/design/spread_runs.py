@@ -1,7 +1,6 @@
 """Runs of random drives and their statistics."""
 
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,20 +9,22 @@ import pyarrow
 from ab_sim.analysis.metrics.metric import MetricKind
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.presentation import Progress
+from ab_sim.base.workers import Workers
 from ab_sim.design.bounds import Bound, bound_of
 from ab_sim.design.draws import DrawnPoints, ExchangedPoints
-from ab_sim.design.intervals import (
+from ab_sim.design.judged import OUTCOME, Job, has_settled, metric_columns, metric_values
+from ab_sim.design.points import MOST_RUNS
+from ab_sim.design.spread import BALANCED, DesignDifference, SobolIndices, Spread, WorstRun
+from ab_sim.design.statistics import (
     MeanInterval,
     QuantileOfMetric,
+    SobolIndex,
     paired_difference,
     paired_shares,
     quantile_of,
     share_of,
+    sobol_of,
 )
-from ab_sim.design.judged import OUTCOME, Job, has_settled, metric_columns
-from ab_sim.design.points import MOST
-from ab_sim.design.sensitivity import SobolIndex, sobol_of
-from ab_sim.design.spread import BALANCED, DesignDifference, SobolIndices, Spread, WorstRun
 from ab_sim.design.sweep import DEFAULT_METRICS, Sweep, check_first, sweep_of
 from ab_sim.design.tolerances import Tolerance
 from ab_sim.design.work import Executor, StudyRuns
@@ -35,9 +36,6 @@ RANKED_BY = "residual_unbalance"
 """Metric that ranks the runs if the criterion has no numerical bound."""
 QUANTILES = (0.05, 0.5, 0.95)
 WORST = 10
-Executors = Callable[[], AbstractContextManager[Executor]]
-"""Function that returns the context manager of an executor."""
-
 
 FEW_PAIRS = 128
 """Least number of pairs for reliable bootstrap intervals, in a linear model of normal factors."""
@@ -66,7 +64,7 @@ def run_spread(
     scene: Scene,
     tolerances: Sequence[Tolerance],
     question: SpreadQuestion,
-    executors: Executors | None = None,
+    executor: Executor | None = None,
     tell: Progress | None = None,
 ) -> Spread:
     """Run random drives and compute their statistics.
@@ -77,8 +75,7 @@ def run_spread(
         scene: nominal scene.
         tolerances: tolerances of the drives.
         question: settings of the study.
-        executors: function that creates an executor for each part of the work; None for this
-            process.
+        executor: executor for the work; None for this process.
         tell: see ``rows_of``.
 
     Raises:
@@ -94,12 +91,16 @@ def run_spread(
         other = DrawnPoints(question.against, tolerances, question.runs, question.seed)
         other_job = _job(question.against, other, question, ranked_by)
         check_first(other_job, other)
-    study = _Study(question, executors, tell)
-    runs, balanced = study.drives(job, drawn, question.until)
     difference = None
-    if question.against is not None:
-        results = study.drives(other_job, other.of(len(balanced)), None)
-        difference = _difference(runs, balanced, *results)
+    indices = SobolIndices(0, 0, {}, {}, none)
+    with executor or Workers(1) as entered:
+        study = _Study(question, entered, tell)
+        runs, balanced = study.drives(job, drawn, question.until)
+        if question.against is not None:
+            results = study.drives(other_job, other.of(len(balanced)), None)
+            difference = _difference(runs, balanced, *results)
+        if pairs:
+            indices = study.indices(job, drawn, pairs, runs, balanced)
     return Spread(
         runs,
         drawn.tolerances,
@@ -108,9 +109,7 @@ def run_spread(
         balanced,
         share_of(balanced),
         {name: _quantiles(runs[name]) for name in _numbers(job.metrics)},
-        study.indices(job, drawn, pairs, runs, balanced)
-        if pairs
-        else SobolIndices(0, 0, {}, {}, none),
+        indices,
         ranked_by,
         _worst(runs, balanced, drawn, (ranked_by, _wants_small(ranked_by, question))),
         difference,
@@ -166,21 +165,19 @@ def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: 
 class _Study:
     """Runner and evaluator of a study."""
 
-    def __init__(
-        self, question: SpreadQuestion, executors: Executors | None, tell: Progress | None
-    ) -> None:
-        self._question, self._executors, self._tell = question, executors, tell
+    def __init__(self, question: SpreadQuestion, executor: Executor, tell: Progress | None) -> None:
+        self._question, self._executor, self._tell = question, executor, tell
 
     def drives(self, job: Job, drawn: DrawnPoints, until: float | None) -> tuple[Sweep, np.ndarray]:
         """Return the requested runs, or as many as ``until`` needs, and a mask of balanced ones."""
-        with StudyRuns(job, drawn.report(), self._executor()) as study:
+        with StudyRuns(job, drawn.report(), self._executor) as study:
             rows = study.rows(drawn, range(len(drawn)), self._tell)
-            while until is not None and len(rows) < MOST:
+            while until is not None and len(rows) < MOST_RUNS:
                 share = share_of(self._balanced(rows))
                 if share.half_width <= until:
                     break
                 more = max(share.runs_for(until), len(rows) + len(rows) // 20 + 1)
-                drawn = drawn.of(min(more, MOST))
+                drawn = drawn.of(min(more, MOST_RUNS))
                 new = study.rows(drawn, range(len(rows), len(drawn)), self._tell)
                 rows = pyarrow.concat_tables([rows, new]).combine_chunks()
             study.join(rows)
@@ -191,13 +188,13 @@ class _Study:
     ) -> SobolIndices:
         """Return Sobol indices from pairs of existing runs and from additional runs."""
         points = ExchangedPoints(drawn, pairs)
-        with StudyRuns(job, points.report(), self._executor()) as study:
+        with StudyRuns(job, points.report(), self._executor) as study:
             rows = study.rows(points, range(len(points)), self._tell)
             study.join(rows)
         by_metric: dict[str, tuple[SobolIndex, ...]] = {}
         missing: dict[str, str] = {}
         numbers = {BALANCED: (balanced.astype(float), self._balanced(rows).astype(float))}
-        numbers |= {name: (runs[name], _column(rows, name)) for name in _numbers(job.metrics)}
+        numbers |= {name: (runs[name], metric_values(rows, name)) for name in _numbers(job.metrics)}
         for name, (paired, mixed) in numbers.items():
             whole = np.concatenate([paired[: 2 * pairs], mixed])
             without = int(np.count_nonzero(~np.isfinite(whole)))
@@ -213,20 +210,12 @@ class _Study:
                     missing[name] = "it does not vary"
         return SobolIndices(pairs, len(points), by_metric, missing)
 
-    def _executor(self) -> AbstractContextManager[Executor] | None:
-        return None if self._executors is None else self._executors()
-
     def _balanced(self, rows: pyarrow.Table) -> np.ndarray:
         """Return a mask of rows that have settled and satisfy the criterion."""
         settled = has_settled(rows[OUTCOME].to_pylist())
         for bound in self._question.criterion:
-            settled &= bound.holds(_column(rows, bound.metric))
+            settled &= bound.holds(metric_values(rows, bound.metric))
         return settled
-
-
-def _column(rows: pyarrow.Table, name: str) -> np.ndarray:
-    """Return the numbers of a metric; NaN for null."""
-    return np.asarray(rows[name].cast(pyarrow.float64()).to_numpy(zero_copy_only=False), float)
 
 
 def _numbers(metrics: Iterable[str]) -> list[str]:

@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from ab_sim.analysis.metrics.verdict import BALANCED
 from ab_sim.base.errors import InputError, SceneError, short
 from ab_sim.base.files import check_regular, replacing
 from ab_sim.base.presentation import Column, Columns, Presented, Progress, number, titled
+from ab_sim.base.workers import Workers
 from ab_sim.design.judged import (
     FAILURE,
     OUTCOME,
@@ -28,7 +29,7 @@ from ab_sim.design.judged import (
     metric_columns,
     varied_scene,
 )
-from ab_sim.design.points import MOST, Points
+from ab_sim.design.points import MOST_RUNS, Points
 from ab_sim.design.work import Executor, rows_of
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.overlap import together_at_start
@@ -235,7 +236,7 @@ class Sweep(Presented):
             "points": self.points,
             "units": {name: self.unit(name) for name in self.table.column_names},
             "outcomes": self.outcomes,
-            "runs": {name: self.table[name].to_pylist() for name in self.table.column_names},
+            "runs": self.table.to_pydict(),
             "version": ab_sim.__version__,
         }
 
@@ -296,10 +297,10 @@ def run_sweep(
     scene: Scene,
     points: Points,
     metrics: Iterable[str] = DEFAULT_METRICS,
-    executor: AbstractContextManager[Executor] | None = None,
+    executor: Executor | None = None,
     tell: Progress | None = None,
 ) -> Sweep:
-    """Run a scene at points; arguments as for ``rows_of``.
+    """Run a scene at points; arguments as for ``rows_of``, ``executor`` None for this process.
 
     Raises:
         InputError: a metric is not a number, or another process is computing the same sweep.
@@ -310,7 +311,8 @@ def run_sweep(
     resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
     job = Job(resolved, points.keys, wanted)
     check_first(job, points)
-    return sweep_of(job, points, rows_of(job, points, executor, tell))
+    with executor or Workers(1) as entered:
+        return sweep_of(job, points, rows_of(job, points, entered, tell))
 
 
 def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
@@ -416,8 +418,8 @@ def open_sweep(path: Path | str) -> Sweep:
         check_regular(Path(path))
         with parquet.ParquetFile(path) as file:
             rows = file.metadata.num_rows
-            if rows > MOST:
-                raise InputError(f"{path}: has {rows} rows; must have at most {MOST}")
+            if rows > MOST_RUNS:
+                raise InputError(f"{path}: has {rows} rows; must have at most {MOST_RUNS}")
             about = json.loads((file.schema_arrow.metadata or {})[ABOUT])
             table = file.read()
             table.select([*about["keys"], *about["metrics"], OUTCOME, FAILURE])  # all are there

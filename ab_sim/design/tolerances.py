@@ -1,22 +1,131 @@
-"""Tolerances of random drives in text form: ``balls.mass=5%``."""
+"""Tolerances of random drives, in text form (``balls.mass=5%``) or from a fit.
 
+A value is the quantile of its distribution at a uniform random number.
+"""
+
+import json
 import math
 import re
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ab_sim.base.errors import InputError, exact, short
+from ab_sim.base.files import check_regular
 from ab_sim.base.numbers import number_in
 from ab_sim.base.yaml_files import read_yaml
-from ab_sim.design.distributions import (
-    LEAST_LEFT,
-    Discrete,
-    Distribution,
-    LogNormal,
-    Normal,
-    Uniform,
-)
 from ab_sim.scene.keys import SceneKey, scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
+
+LEAST_LEFT = 1e-6
+"""Least probability between the limits; for less, rounding spoils the quantiles."""
+
+
+class Normal(NamedTuple):
+    """Normal distribution, truncated at limits and renormalised."""
+
+    mean: float
+    deviation: float
+    low: float = -math.inf
+    high: float = math.inf
+
+    def left(self) -> float:
+        """Return the probability between the limits before truncation, 0 to 1."""
+        low, high = self._ends()
+        return high - low
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return quantiles.
+
+        Args:
+            shares: probabilities above 0 and below 1, shape (n,).
+        """
+        from scipy.special import ndtri
+
+        low, high = self._ends()
+        drawn = self.mean + self.deviation * ndtri(low + shares * (high - low))
+        return np.clip(drawn, self.low, self.high)
+
+    def _ends(self) -> tuple[float, float]:
+        from scipy.special import ndtr
+
+        ends = [(limit - self.mean) / self.deviation for limit in (self.low, self.high)]
+        return float(ndtr(ends[0])), float(ndtr(ends[1]))
+
+
+class LogNormal(NamedTuple):
+    """Log-normal distribution, reduced by ``shift``, truncated at limits."""
+
+    median: float
+    log_deviation: float
+    low: float = -math.inf
+    high: float = math.inf
+    shift: float = 0.0
+    """Amount subtracted from the value; 1 for a relative deviation."""
+
+    def left(self) -> float:
+        """Return the probability between the limits, see ``Normal``."""
+        return self._logarithm().left()
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return quantiles, see ``Normal``."""
+        drawn = np.exp(self._logarithm().at(shares)) - self.shift
+        return np.clip(drawn, self.low, self.high)
+
+    def _logarithm(self) -> Normal:
+        low, high = (
+            math.log(limit + self.shift) if limit + self.shift > 0 else -math.inf
+            for limit in (self.low, self.high)
+        )
+        return Normal(math.log(self.median), self.log_deviation, low, high)
+
+
+class Uniform(NamedTuple):
+    """Uniform distribution between two limits."""
+
+    low: float
+    high: float
+
+    def left(self) -> float:
+        """Return the probability between the limits, see ``Normal``."""
+        return 1.0
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return quantiles, see ``Normal``."""
+        return self.low + shares * (self.high - self.low)
+
+
+class Discrete(NamedTuple):
+    """Choice from a list of values with equal probability; repeated values count repeatedly."""
+
+    choices: int
+
+    def left(self) -> float:
+        """Return the probability between the limits, see ``Normal``."""
+        return 1.0
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return indices in the list of values; arguments as for ``Normal``."""
+        return np.floor(shares * self.choices).astype(np.int64)
+
+
+class Loading(NamedTuple):
+    """Multiple, of either sign, of a standard normal number shared with other tolerances."""
+
+    size: float
+
+    def left(self) -> float:
+        """Return the probability between the limits, see ``Normal``."""
+        return 1.0
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return quantiles, see ``Normal``."""
+        return self.size * Normal(0.0, 1.0).at(shares)
+
+
+Distribution = Normal | LogNormal | Uniform | Discrete | Loading
+
 
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
 OF_BALLS = ("balls.mass", "balls.radius", ANGLES, RATES)
@@ -264,3 +373,76 @@ class _Reader:
         if self._unit in NO_UNIT:
             return tuple(values)
         return tuple(self._number(value) if isinstance(value, str) else value for value in values)
+
+
+LEAST = 1e-6
+"""Components of a deviation below this fraction of the standard deviation are left out."""
+MOST_BYTES = 50_000_000
+
+
+def fitted_tolerances(path: Path) -> list[Tolerance]:
+    """Return correlated tolerances around the fitted values of ``ab-sim identify --json``.
+
+    A value's deviation is a sum over shared, independent standard normal numbers, weighted by the
+    triangular factor of the covariance. Each number is a group named after the first key that
+    depends on it, such as ``fit of rotor.eccentricity``. It is the part of this key that earlier
+    keys do not explain.
+
+    Args:
+        path: file of the fit.
+
+    Raises:
+        InputError: the file cannot be read or contains no fit; the message states why.
+    """
+    origin = f"spread from {path}"
+    try:
+        check_regular(path)
+        if path.stat().st_size > MOST_BYTES:
+            raise ValueError(f"has more than {MOST_BYTES} bytes")
+        report = json.loads(path.read_bytes())
+        names = report["covariance"]["parameters"]
+        covariance = np.array(report["covariance"]["values"], float)
+        common = {parameter["name"] for parameter in report["parameters"] if not parameter["own"]}
+        kept = [k for k, name in enumerate(names) if name in common]
+        factor = _factor(covariance[np.ix_(kept, kept)])
+    except OSError as error:
+        raise InputError(f"{origin}: cannot be read: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        raise InputError(
+            f"{origin}: is not what `ab-sim identify --json` writes "
+            f"({type(error).__name__}: {error})"
+        ) from error
+    if not kept:
+        raise InputError(f"{origin}: nothing of the scene was fitted; there is nothing to spread")
+    return [
+        tolerance
+        for row, k in zip(factor, kept, strict=True)
+        for tolerance in _of_key(names[k], row, [names[j] for j in kept])
+    ]
+
+
+def _factor(covariance: np.ndarray) -> np.ndarray:
+    """Return the lower triangular factor, computed from correlations, which are well scaled."""
+    sizes = np.sqrt(np.diag(covariance))
+    if not (np.isfinite(covariance).all() and (sizes > 0.0).all()):
+        raise ValueError("its covariance is not finite, or has a variance that is not above 0")
+    correlation = covariance / np.outer(sizes, sizes)
+    count = len(sizes)
+    try:
+        lower = np.linalg.cholesky(correlation + 1e-12 * np.eye(count))
+    except np.linalg.LinAlgError as error:
+        raise ValueError("its covariance is not positive definite") from error
+    factor: np.ndarray = lower * sizes[:, None]
+    return factor
+
+
+def _of_key(key: Any, row: np.ndarray, keys: list[Any]) -> list[Tolerance]:
+    whole = math.sqrt(float(row @ row))
+    return [
+        Tolerance(
+            str(key), OFFSET, Loading(float(size)), (), False, f"fit of {first}",
+            f"{key} as fitted, with {first}",
+        )
+        for first, size in zip(keys, row, strict=True)
+        if abs(size) > LEAST * whole
+    ]  # fmt: skip

@@ -1,8 +1,7 @@
 """Optimisation of a scene's keys by one metric, within bounds on others."""
 
 import math
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -12,15 +11,24 @@ import pyarrow
 import ab_sim
 from ab_sim.analysis.metrics.metric import Better
 from ab_sim.base.errors import InputError
-from ab_sim.base.presentation import Column, Columns, Presented, Progress, number
+from ab_sim.base.presentation import Columns, Presented, Progress, number
+from ab_sim.base.workers import Workers
 from ab_sim.base.yaml_files import yaml_text
-from ab_sim.design.candidates import Candidates, Spreading
+from ab_sim.design.bounds import Bound
 from ab_sim.design.judged import OUTCOME, Job, Point, has_settled, judged, metric_columns
 from ab_sim.design.points import check_keys
-from ab_sim.design.scores import Aim, Scores, Standard, best_of, joined, scored
-from ab_sim.design.search import Effort, search
+from ab_sim.design.search import (
+    MEASURES,
+    Aim,
+    Candidates,
+    Scores,
+    Task,
+    best_of,
+    joined,
+    scored,
+    search,
+)
 from ab_sim.design.sweep import Sweep, check_first, table_of
-from ab_sim.design.variables import Range
 from ab_sim.design.work import Executor, StudyRuns
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.scene.load import changed_scene
@@ -32,42 +40,12 @@ FEWEST, MOST = 16, 1_000_000
 """Least number of candidates, and largest number of runs."""
 DRAWS, SHARE = 32, 0.9
 """Defaults for random drives: number per candidate, and fraction that must satisfy the bounds."""
-MEASURES = {"balanced": "residual_unbalance"}
-"""Number that measures the distance of a truth-valued metric from being true."""
 AS_IT_IS, NO_PERIOD = "as it is", "without its variable-speed period"
 """Names of the scenes with which the best candidate is compared."""
 NEAR = 0.05
 """Relative change of a key for the values next to the optimum."""
 AT_A_BOUND = 0.01
 """Distance from an end or limit, relative to the range or limit, that counts as being at it."""
-
-
-class Task(NamedTuple):
-    """Definition of a tuning."""
-
-    scene: Scene
-    ranges: tuple[Range, ...]
-    standard: Standard
-    effort: Effort
-    spreading: Spreading
-
-    @property
-    def metrics(self) -> tuple[str, ...]:
-        """Metrics of the aim and the bounds, and numbers that measure truth-valued ones."""
-        standard = self.standard
-        decide = [standard.aim.metric, *(bound.metric for bound in standard.bounds)]
-        return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
-
-    def report(self) -> dict[str, Any]:
-        """Return the defining values, JSON-able."""
-        return {
-            "ranges": {range_.key: [*range_[1:]] for range_ in self.ranges},
-            "aim": str(self.standard.aim),
-            "bounds": [str(bound) for bound in self.standard.bounds],
-            "share": self.standard.share,
-            "effort": list(self.effort),
-            **self.spreading.report(),
-        }
 
 
 @dataclass(frozen=True, repr=False)
@@ -125,7 +103,7 @@ class Tuning(Presented):
     @property
     def as_good(self) -> dict[str, float]:
         """Aims, by name, of scenes of ``before`` within bounds and at least as good as the best."""
-        sign = 1.0 if self.task.standard.aim.smallest else -1.0
+        sign = 1.0 if self.task.aim.smallest else -1.0
         best = np.inf if self.best is None else sign * self.best
         return {
             name: metric
@@ -140,10 +118,10 @@ class Tuning(Presented):
         The second number counts those whose aim at the end of the run is better than the best.
         Empty for random drives, where a fraction of the runs decides.
         """
-        if self.task.spreading.draws > 1:
+        if self.task.draws > 1:
             return {}
-        sign = 1.0 if self.task.standard.aim.smallest else -1.0
-        values = sign * np.asarray(self.runs[self.task.standard.aim.metric], float)
+        sign = 1.0 if self.task.aim.smallest else -1.0
+        values = sign * np.asarray(self.runs[self.task.aim.metric], float)
         better = values < (np.inf if self.best is None else sign * self.best)
         outcomes = self.runs[OUTCOME]
         return {
@@ -168,9 +146,9 @@ class Tuning(Presented):
             for end in (range_.low, range_.high):
                 if abs(value - end) <= AT_A_BOUND * (range_.high - range_.low):
                     names.append(f"{range_.key}={end:g}")
-        if self.task.spreading.draws > 1:
+        if self.task.draws > 1:
             return names
-        for bound in self.task.standard.bounds:
+        for bound in self.task.bounds:
             value = float(self.runs[bound.metric][self.candidate])
             if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
                 names.append(str(bound))
@@ -180,9 +158,9 @@ class Tuning(Presented):
         """Return the best scene's file with a header on its origin; empty without one."""
         if self.scene is None:
             return ""
-        aim = f"{self.task.standard.aim}: {number(self.best)}"
+        aim = f"{self.task.aim}: {number(self.best)}"
         lines = [f"made by ab-sim tune {ab_sim.__version__} of {self.runs.scene.name}, {aim}"]
-        lines += [f"  with {bound}" for bound in self.task.standard.bounds]
+        lines += [f"  with {bound}" for bound in self.task.bounds]
         head = "".join(f"# {line}\n" for line in lines)
         return head + yaml_text(self.scene.as_mapping())
 
@@ -220,25 +198,23 @@ class Tuning(Presented):
         if self.candidate is None:
             return facts | {"found": "nothing"}
         values = {key: number(value) for key, value in self.values.items()}
-        return facts | {str(self.task.standard.aim): number(self.best)} | values
+        return facts | {str(self.task.aim): number(self.best)} | values
 
     def _columns(self) -> Columns:
-        return {
-            name: Column(self.runs.unit(name), self.runs.table[name].to_pylist())
-            for name in self.runs.table.column_names
-        }
+        return self.runs._columns()
 
 
 def run_tuning(
     task: Task,
-    executor: AbstractContextManager[Executor] | None = None,
+    executor: Executor | None = None,
     tell: Progress | None = None,
 ) -> Tuning:
     """Search for the values of the keys with the best aim within the bounds.
 
     Args:
         task: definition of the search; equal tasks evaluate equal candidates.
-        executor, tell: see ``rows_of``.
+        executor: executor for the work; None for this process.
+        tell: see ``rows_of``.
 
     Raises:
         InputError: a metric is not a number, nothing varies, or another process is running the same
@@ -249,22 +225,22 @@ def run_tuning(
     task = task._replace(scene=scene)
     _check(task)
     study: dict[str, object] = {"tune": task.report()}
-    candidates = Candidates(scene, task.ranges, task.spreading, study)
+    candidates = Candidates(task, study)
     job = Job(scene, candidates.keys, task.metrics)
-    tables, scores, best_yet = list[pyarrow.Table](), list[Scores](), _BestYet(task.standard)
-    with StudyRuns(job, study, executor) as runs:
+    tables, scores, best_yet = list[pyarrow.Table](), list[Scores](), _BestYet(task.aim)
+    with executor or Workers(1) as entered, StudyRuns(job, study, entered) as runs:
 
         def costs(values: np.ndarray) -> np.ndarray:
             table = runs.rows(candidates, candidates.add(values))
             tables.append(table)
-            scores.append(scored(table, task.standard))
+            scores.append(scored(table, task))
             best_yet.take(scores[-1])
             if tell is not None:
-                done = min(len(candidates.values), task.effort.candidates)
-                tell(best_yet.text, done, task.effort.candidates)
+                done = min(len(candidates.values), task.candidates)
+                tell(best_yet.text, done, task.candidates)
             return scores[-1].costs
 
-        search(task.ranges, costs, task.effort, _own_values(task))
+        search(task.ranges, costs, task.candidates, task.seed, _own_values(task))
         whole = pyarrow.concat_tables(tables)
         runs.join(whole)
     scores_, values = joined(scores), np.array(candidates.values, float)
@@ -290,21 +266,22 @@ def _check(task: Task) -> None:
     if not task.ranges:
         raise InputError("nothing varies; name a key and its range, e.g. balls.mass=0.5g..3g")
     check_keys([range_.key for range_ in task.ranges])
-    draws, runs = task.spreading.draws, task.effort.candidates * task.spreading.draws
-    if not FEWEST <= task.effort.candidates <= MOST // draws:
+    draws, runs = task.draws, task.candidates * task.draws
+    if not FEWEST <= task.candidates <= MOST // draws:
         raise InputError(f"runs = {runs}: must be from {FEWEST * draws} to {MOST}")
-    if not 0.0 < task.standard.share <= 1.0:
-        raise InputError(f"share = {task.standard.share:g}: must be above 0, at most 1")
+    if not 0.0 < task.share <= 1.0:
+        raise InputError(f"share = {task.share:g}: must be above 0, at most 1")
     metric_columns(task.metrics)
-    looked_at = _at_shares(task, Spreading((), 1, 0), (0.5, 0.0, 1.0 - 1e-9))
+    nominal = task._replace(tolerances=(), draws=1)
+    looked_at = _at_shares(nominal, (0.5, 0.0, 1.0 - 1e-9))
     check_first(Job(task.scene, looked_at.keys, task.metrics), looked_at)
-    if task.spreading.tolerances:
-        _at_shares(task, task.spreading, (0.5,)).at(0)  # raises if the spread is invalid
+    if task.tolerances:
+        _at_shares(task, (0.5,)).at(0)  # raises if the spread is invalid
 
 
-def _at_shares(task: Task, spreading: Spreading, shares: Sequence[float]) -> Candidates:
+def _at_shares(task: Task, shares: Sequence[float]) -> Candidates:
     """Return candidates at fractions of all ranges."""
-    candidates = Candidates(task.scene, task.ranges, spreading, {})
+    candidates = Candidates(task, {})
     columns = [range_.at(np.array(shares)) for range_ in task.ranges]
     candidates.add(np.column_stack(columns))
     return candidates
@@ -329,8 +306,8 @@ def _own_values(task: Task) -> list[float] | None:
 class _BestYet:
     """Progress text of a search."""
 
-    def __init__(self, standard: Standard) -> None:
-        self._standard, self._cost = standard, math.inf
+    def __init__(self, aim: Aim) -> None:
+        self._aim, self._cost = aim, math.inf
         self.text = "none within bounds yet"
 
     def take(self, scores: Scores) -> None:
@@ -338,16 +315,15 @@ class _BestYet:
         best = best_of(scores)
         if best is not None and scores.costs[best] < self._cost:
             self._cost = float(scores.costs[best])
-            self.text = f"{self._standard.aim}: {number(float(scores.aims[best]))}"
+            self.text = f"{self._aim}: {number(float(scores.aims[best]))}"
 
 
-def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scores:
+def _judged(task: Task, values: Sequence[tuple[Any, ...]]) -> Scores:
     """Score candidates outside the search."""
-    ranges = task.ranges if values and values[0] else ()
-    candidates = Candidates(scene, ranges, task.spreading, {})
+    candidates = Candidates(task, {})
     candidates.values.extend(values)
     points = [Point(run, candidates.at(run)) for run in range(len(candidates))]
-    return scored(judged(Job(scene, candidates.keys, task.metrics), points), task.standard)
+    return scored(judged(Job(task.scene, candidates.keys, task.metrics), points), task)
 
 
 def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float | None, bool], ...]:
@@ -358,7 +334,7 @@ def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float 
             values = list(best)
             values[place] += sign * (1 if range_.whole else NEAR * abs(values[place]))
             near.append(tuple(values))
-    scores = _judged(task, task.scene, near)
+    scores = _judged(task, near)
     return tuple(
         (task.ranges[k // 2].key, near[k][k // 2], *_aim_and_within(scores, k))
         for k in range(len(near))
@@ -371,7 +347,8 @@ def _before(task: Task) -> tuple[tuple[str, float | None, bool], ...]:
         changes = {"profile.variable_speed_period": None}
         scenes[NO_PERIOD] = changed_scene(task.scene, changes, "tune")
     return tuple(
-        (name, *_aim_and_within(_judged(task, scene, [()]), 0)) for name, scene in scenes.items()
+        (name, *_aim_and_within(_judged(task._replace(scene=scene, ranges=()), [()]), 0))
+        for name, scene in scenes.items()
     )
 
 
@@ -395,3 +372,37 @@ def aim_of(minimise: str | None, maximise: str | None) -> Aim:
         verb = "maximise" if minimise is not None else "minimise"
         raise InputError(f"metric {column.key!r}: is better when {wrong.value}; {verb} it")
     return Aim(column.key, minimise is not None)
+
+
+class NearMiss(NamedTuple):
+    """Diagnosis of one bound."""
+
+    bound: Bound
+    holds: int
+    """Number of settled runs that satisfy the bound."""
+    settled: int
+    measure: str
+    """Metric that measures the distance: the bound's own, or the one that decides a truth value."""
+    nearest: float | None
+    """Nearest value of that metric among settled runs; None if there is no number."""
+    candidate: int
+    """Index of the candidate with that run."""
+
+
+def near_misses(tuning: Tuning) -> Iterator[NearMiss]:
+    """Yield a diagnosis per bound, in their order."""
+    settled = has_settled(tuning.runs[OUTCOME])
+    for bound in tuning.task.bounds:
+        measure = MEASURES.get(bound.metric, bound.metric)
+        holds = int((bound.holds(tuning.runs[bound.metric]) & settled).sum())
+        count = int(settled.sum())
+        if measure == bound.metric and not bound.is_number:
+            yield NearMiss(bound, holds, count, measure, None, 0)
+            continue
+        values = np.asarray(tuning.runs[measure], float)
+        sense = 1.0 if bound.upper or measure != bound.metric else -1.0
+        ranked = np.where(settled & np.isfinite(values), sense * values, np.inf)
+        run = int(np.argmin(ranked))
+        nearest = float(values[run]) if np.isfinite(ranked[run]) else None
+        candidate = run // tuning.task.draws
+        yield NearMiss(bound, holds, count, measure, nearest, candidate)

@@ -1,20 +1,33 @@
-"""Runs of a study in chunks, over processes, with cached results."""
+"""Runs of a study in chunks, over processes; an interrupted study continues from finished chunks.
 
+A part is a file with finished rows, named by the hash of its content. Its folder is named by the
+hash of all inputs of the rows. Files are written atomically and only once, so that parts are
+neither lost nor counted twice.
+"""
+
+import contextlib
+import errno
 import functools
+import hashlib
+import logging
 import math
+import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
-from typing import Any, Protocol, TypeVar, overload
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
 import pyarrow
+from pyarrow import parquet
 
+from ab_sim.analysis.result_cache import ResultCache
+from ab_sim.base.errors import InputError, visible
+from ab_sim.base.files import lock, write_whole
 from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import Workers
 from ab_sim.design.cluster import Cluster
 from ab_sim.design.judged import RUN, Job, Point, judged, modules_of, schema_of
-from ab_sim.design.parts import Parts
 from ab_sim.design.points import Points
 from ab_sim.engine.stepping.side_by_side import LANES
 
@@ -26,26 +39,116 @@ FEWEST = 4
 """Least number of chunks, so that two processes have equal work if there is enough of it."""
 ENOUGH = 0.2
 """Least duration of a chunk from which the time of a run is derived [s]."""
-Thing = TypeVar("Thing")
-Result = TypeVar("Result")
+Executor = Workers | Cluster
+SUFFIX = ".parquet"
 
 
-class Executor(Protocol):
-    """Interface of executors; ``Workers`` and ``Cluster`` implement it."""
+class Parts:
+    """Finished rows of a sweep, a context manager.
 
-    def each(
-        self,
-        function: Callable[[Thing], Result],
-        items: Sequence[Thing],
-        chunk: int,
-    ) -> Iterator[Result]:
-        """Yield results in the order of the items."""
+    Args:
+        job: common data of the runs.
+        points: defining values of the points, JSON-able.
+
+    Raises:
+        InputError: another process is computing the same sweep.
+    """
+
+    def __init__(self, job: Job, points: dict[str, Any]) -> None:
+        numbers = {"keys": list(job.keys), "metrics": list(job.metrics), "points": points}
+        self._folder = ResultCache(judged).folder_of(job.scene, modules_of(job), **numbers)
+        self._lock: int | None = None
+        self._complained = False
+
+    def __enter__(self) -> "Parts":
+        if self._folder is not None:
+            try:
+                self._folder.mkdir(mode=0o700, exist_ok=True)
+                self._lock = os.open(self._folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+            except OSError as error:
+                self._complain(error)
+                self._folder = None
+        if self._lock is not None:
+            try:
+                lock(self._lock)
+            except BlockingIOError:
+                os.close(self._lock)
+                raise InputError(
+                    "another process is computing the same sweep; wait for it, or stop it: its "
+                    "finished runs are kept"
+                ) from None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._lock is not None:
+            os.close(self._lock)
+
+    def done(self, schema: pyarrow.Schema) -> pyarrow.Table:
+        """Return all valid stored rows, one per run; damaged parts are left out."""
+        files = sorted(self._folder.glob(f"*{SUFFIX}")) if self._folder is not None else []
+        tables = [table_here for file in files if (table_here := _read(file, schema)) is not None]
+        whole = pyarrow.concat_tables([schema.empty_table(), *tables])
+        runs = whole[RUN].to_numpy()
+        return whole if len(set(runs.tolist())) == len(runs) else _once(whole)
+
+    def keep(self, rows: pyarrow.Table) -> None:
+        """Store a part; log one line and continue if that is not possible."""
+        if self._folder is None:
+            return
+        sink = pyarrow.BufferOutputStream()
+        parquet.write_table(rows, sink, compression="zstd")
+        content = sink.getvalue().to_pybytes()
+        try:
+            write_whole(self._folder / (_digest(content) + SUFFIX), content)
+        except OSError as error:
+            self._complain(error)
+
+    def join(self, rows: pyarrow.Table) -> None:
+        """Replace many parts by one with all rows."""
+        if self._folder is None:
+            return
+        before = set(self._folder.glob(f"*{SUFFIX}"))
+        if len(before) < 2:
+            return
+        self.keep(rows)
+        if set(self._folder.glob(f"*{SUFFIX}")) - before:
+            for file in before:
+                with contextlib.suppress(OSError):
+                    file.unlink()
+
+    def _complain(self, error: OSError) -> None:
+        if not self._complained:
+            self._complained = True
+            reason = error.strerror or errno.errorcode.get(error.errno or 0, "")
+            message = f"{self._folder}: finished runs cannot be stored there: {reason}"
+            logging.getLogger("ab_sim").warning(visible(message))
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
+
+
+def _read(file: Path, schema: pyarrow.Schema) -> pyarrow.Table | None:
+    """Return the rows of a file; None if its content does not match its name."""
+    try:
+        content = file.read_bytes()
+        if _digest(content) != file.stem:
+            return None
+        table = parquet.read_table(pyarrow.BufferReader(content))
+    except (OSError, pyarrow.ArrowException):
+        return None
+    return table if table.schema.equals(schema) else None
+
+
+def _once(rows: pyarrow.Table) -> pyarrow.Table:
+    first = {int(run): place for place, run in reversed(list(enumerate(rows[RUN].to_pylist())))}
+    return rows.take(sorted(first.values()))
 
 
 def rows_of(
     job: Job,
     points: Points,
-    executor: AbstractContextManager[Executor] | None = None,
+    executor: Executor,
     tell: Progress | None = None,
 ) -> pyarrow.Table:
     """Return rows of all points in their order; see ``judged``.
@@ -56,7 +159,7 @@ def rows_of(
     Args:
         job: common data of the runs.
         points: values of the keys in each run.
-        executor: executor for the work; None for this process.
+        executor: executor for the work, entered by the caller.
         tell: progress callback; an exception in it ends the work, and finished rows are kept.
 
     Raises:
@@ -76,37 +179,24 @@ class StudyRuns:
     Args:
         job: common data of the runs.
         study: defining values of all points of the study, JSON-able.
-        executor: executor for the work; None for this process.
+        executor: executor for the work, entered by the caller.
     """
 
-    def __init__(
-        self,
-        job: Job,
-        study: dict[str, Any],
-        executor: AbstractContextManager[Executor] | None = None,
-    ) -> None:
-        self._job, self._sharing = job, executor or Workers(1)
+    def __init__(self, job: Job, study: dict[str, Any], executor: Executor) -> None:
+        self._job, self._executor = job, executor
         self._parts = Parts(job, study)
         self._seconds: float | None = None
         """Duration of a run [s], once known."""
 
     def __enter__(self) -> "StudyRuns":
         self._parts.__enter__()
-        try:
-            self._executor = self._sharing.__enter__()
-        except BaseException:
-            self._parts.__exit__(None, None, None)
-            raise
         if isinstance(self._executor, Cluster):
             self._executor.modules = modules_of(self._job)
         self._done = self._parts.done(schema_of(self._job)).sort_by(RUN)
         return self
 
     def __exit__(self, *raised: Any) -> None:
-        try:
-            self._sharing.__exit__(*raised)
-        finally:
-            self._parts.__exit__(*raised)
+        self._parts.__exit__(*raised)
 
     def rows(self, points: Points, runs: range, tell: Progress | None = None) -> pyarrow.Table:
         """Return rows of some points in the order of their numbers; finished ones are reused.

@@ -5,12 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.base.presentation import Progress
-from ab_sim.base.workers import Workers
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, whiteness_over
-from ab_sim.identification.stages import StagedFit, minimise
+from ab_sim.identification.stages import SearchSettings, StagedFit, minimise
 
 BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
 """Fractions of a recording that are fitted in turn, until a fit succeeds."""
@@ -32,9 +30,8 @@ class Departure(NamedTuple):
 
 
 def changes_in(
-    problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Progress,
-    workers: Workers,
-) -> tuple[Departure, ...]:  # fmt: skip
+    problem: Problem, white: Sequence[bool], held: Sequence[int], search: SearchSettings
+) -> tuple[Departure, ...]:
     """Locate changes of drives or sensors during recordings.
 
     A change spoils the fit of a whole recording. Therefore only its beginning is fitted, together
@@ -45,9 +42,7 @@ def changes_in(
         problem: problem with all recordings.
         white: whether the residuals of the whole fit are noise, for each recording.
         held: indices of the common parameters that stay at their start.
-        seed: seed of the random start angles.
-        tell: progress callback.
-        workers: worker processes for the search.
+        search: settings of the fits.
 
     Returns:
         The changes, at most one per recording.
@@ -60,9 +55,9 @@ def changes_in(
         # A recording without balls may have been spoiled in the joint fit with another one.
         whole = () if measured.with_balls else (1.0,)
         for part in (*whole, *BEGINNINGS):
-            tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
+            search.tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
             fit = _part(problem, good, measured, part * measured.duration)
-            values = StagedFit(fit, common, seed, tell, workers).run().values
+            values = StagedFit(fit, common, search).run().values
             problem.runs += fit.runs
             if whiteness_over(fit, values)[-1].white:
                 time = _reach(problem, good, measured, common, values, part * measured.duration)

@@ -1,16 +1,379 @@
 """Files of an identification, and their conversion to recordings."""
 
+import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+from pydantic import ValidationError
+
 from ab_sim.base.errors import InputError, nearest, short
-from ab_sim.identification.inputs import check_names, measured_of
-from ab_sim.identification.mapping import Mapping as ColumnMapping
-from ab_sim.identification.mapping import number_of, read_mapping_file
-from ab_sim.identification.measured import NUISANCES, Measured
+from ab_sim.identification.checks import (
+    check_agree,
+    check_finite,
+    check_held,
+    check_held_signal,
+    check_sense,
+    check_signal,
+    check_speed,
+    check_time,
+    spikes_in,
+)
+from ab_sim.identification.mapping import (
+    AXES,
+    ColumnMapping,
+    ColumnOf,
+    Keyphasor,
+    SignalColumn,
+    factor_of,
+    kind_of_unit,
+    number_of,
+    pair_of,
+    read_mapping_file,
+    sensitivity_factor,
+    usual_mapping,
+)
+from ab_sim.identification.measured import (
+    ACCELERATION,
+    DISC_ANGLE,
+    DISPLACEMENT,
+    NUISANCES,
+    UNITS,
+    Measured,
+)
+from ab_sim.identification.spindle import angle_from_pulses, schedule_from
+from ab_sim.identification.tables import Table, read_table
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sensors import Accelerometer, ProximityProbe, Sampled, steps_per_sample
+
+SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
+"""Sensor class by section of a scene: accelerations and displacements."""
+STANDS = 1e-3
+"""Speed below which a spindle stands still, relative to the top speed."""
+RUN_BEGINS = 1
+"""Largest number of the first step in a recording of ab_sim that includes the start of its run."""
+
+
+def measured_of(
+    path: Path,
+    scene: Scene,
+    mapping: ColumnMapping | None = None,
+    signal: str | None = None,
+    with_balls: bool | None = None,
+) -> Measured:
+    """Read a recording from a file, convert it to SI units and check it.
+
+    Args:
+        path: file of a type that ``read_table`` reads.
+        scene: scene of the drive; the mapping may refer to its sensors.
+        mapping: meaning of the columns; None for recordings of ab_sim.
+        signal: signal to be fitted, see ``usual_mapping``.
+        with_balls: whether there were balls; None to use the mapping or the recorded scene.
+
+    Raises:
+        InputError: the recording cannot be used; the message states the reason and the remedy.
+        RecordingError: the file cannot be read.
+    """
+    table = read_table(path, None if signal is None else pair_of(signal)[0])
+    if mapping is None:
+        sensors, probes = sensors_of(table)
+        usual = usual_mapping(list(table.columns), sensors, probes, signal)
+        if isinstance(usual, str):
+            if table.description:
+                raise InputError(f"{path}: {usual}")
+            raise InputError(
+                f"{path}: {usual}: it is not a recording of ab_sim; describe its columns by --map"
+            )
+        mapping = usual
+    return _Reader(table, scene, mapping).measured(with_balls)
+
+
+def sensors_of(table: Table) -> tuple[list[str], list[str]]:
+    """Return names of accelerometers and probes: of the recorded scene, or of a bag."""
+    recorded = table.description.get("scene")
+    if recorded:
+        sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
+        return sensors, probes
+    pickups = (table.description.get("pickups") or {}).items()
+    return (
+        [name for name, kind in pickups if kind == ACCELERATION],
+        [name for name, kind in pickups if kind == DISPLACEMENT],
+    )
+
+
+def _whirl_of(signals: np.ndarray, axes: Sequence[float]) -> np.ndarray:
+    """Return x + i y of two signals; the first signal if they do not span the plane.
+
+    Args:
+        signals: finite signals, shape (samples, axes).
+        axes: angles of the signals' axes [rad].
+    """
+    if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
+        first: np.ndarray = signals[:, 0]
+        return first
+    across = np.array([[math.cos(a), math.sin(a)] for a in axes])
+    x, y = np.linalg.solve(across, signals.T)
+    return np.asarray(x + 1j * y)
+
+
+class _Reader:
+    def __init__(self, table: Table, scene: Scene, mapping: ColumnMapping) -> None:
+        self._table, self._scene, self._mapping = table, scene, mapping
+        self._name = table.name
+
+    def measured(self, with_balls: bool | None) -> Measured:
+        mapping, name = self._mapping, self._name
+        kind = self._kind()
+        signals = np.column_stack(
+            [self._numbers(signal, UNITS[kind], f"signals.{k}")
+             for k, signal in enumerate(mapping.signals)]
+        )  # fmt: skip
+        # Treat infinite values as missing.
+        signals[np.isinf(signals)] = np.nan
+        spikes = self._without_spikes(signals)
+        time = self._time(len(signals))
+        check_time(time, name)
+        speed = self._optional(mapping.speed, "rad/s", "speed")
+        angle = self._optional(mapping.angle, "rad", "angle")
+        cut: tuple[str, ...] = ()
+        if mapping.keyphasor is not None:
+            angle = self._angle_from(mapping.keyphasor, time)
+            finite = np.isfinite(angle)
+            cut = (
+                f"{int((~finite).sum())} samples before the first pulse and after the last one of "
+                "the keyphasor left out",
+            )
+            time, signals, angle = time[finite], signals[finite], angle[finite]
+            speed = None if speed is None else speed[finite]
+        is_own, step = self._run(time)
+        time = time - (0.0 if is_own else time[0])
+        schedule = self._schedule(time, speed, angle)
+        axes = self._axes()
+        turned = schedule.angles(time)
+        remarks = [
+            check_signal(time, turned, signals[:, k], f"signals.{k} ({signal.column})", name)
+            for k, signal in enumerate(mapping.signals)
+        ]
+        there = np.isfinite(signals).all(axis=1)
+        balls = mapping.balls if with_balls is None else with_balls
+        if with_balls is None and (finite := self._table.description.get("balls")) is not None:
+            balls = bool(finite)
+        sense = check_sense(turned[there], _whirl_of(signals[there], axes), balls, name)
+        remarks.append(sense.note)
+        sensor = self._sensor()
+        kept = time > 1e-12
+        if sensor is not None and step is not None:
+            every = steps_per_sample(sensor.sample_rate, step)
+            kept &= np.rint(time / step).astype(np.int64) % every == 0
+        rests = mapping.at_rest
+        if rests is None:
+            rests = abs(schedule.speed(0.0)) < STANDS * schedule.top_speed
+        if len(axes) == 1 and not rests:
+            remarks.append(
+                "does not begin at rest, and has one signal: the deck's start across it is not "
+                "known, so it is taken as 0"
+            )
+        for k, signal in enumerate(mapping.signals):
+            check_held_signal(signals[kept, k], f"signals.{k} ({signal.column})", name)
+        pulses = mapping.keyphasor
+        zero_known = angle is not None if pulses is None else pulses.angle is not None
+        free = dict.fromkeys((*mapping.free, *(() if zero_known else (DISC_ANGLE,))))
+        return Measured(
+            name=name,
+            time=time[kept],
+            signals=signals[kept],
+            axes=axes,
+            kind=kind,
+            schedule=schedule,
+            angle_known=angle is not None,
+            with_balls=balls and self._scene.balls.count > 0,
+            sensor=sensor,
+            step=step,
+            delay=number_of(mapping.delay, "s", f"{name}: delay"),
+            free=tuple(free),
+            trial_mass=number_of(mapping.trial_mass, "kg", f"{name}: trial_mass"),
+            doubt=sense.doubt,
+            at_rest=rests,
+            notes=(
+                *self._table.notes,
+                *cut,
+                *spikes,
+                *self._left_out(time[kept], signals[kept]),
+                *filter(None, remarks),
+            ),
+        )
+
+    def _schedule(
+        self, time: np.ndarray, speed: np.ndarray | None, angle: np.ndarray | None
+    ) -> SpeedSchedule:
+        """Return the spindle's profile from its recorded speed or angle."""
+        name = self._name
+        if angle is not None:
+            check_finite(time, angle, "angle", name)
+            check_held(angle, "angle", name)
+            # Unwrap the angle of an encoder that counts within one revolution.
+            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
+            check_speed(time, np.gradient(angle, time), "angle", name)
+        if speed is not None:
+            check_speed(time, speed, "speed", name)
+            check_held(speed, "speed", name)
+        if speed is not None and angle is not None:
+            check_agree(time, speed, angle, name)
+        schedule = schedule_from(time - time[0], speed, angle, name)
+        if time[0] > 0.0:
+            schedule = schedule.moved(float(time[0]))
+        return schedule
+
+    def _without_spikes(self, signals: np.ndarray) -> list[str]:
+        """Set spikes of a real drive's signals to NaN; return notes on them."""
+        notes = []
+        # In a simulation, impacts between balls cause genuine spikes.
+        for k, signal in enumerate(() if self._table.description else self._mapping.signals):
+            rows = spikes_in(signals[:, k])
+            if len(rows):
+                one = "spike" if len(rows) == 1 else "spikes"
+                notes.append(
+                    f"{len(rows)} {one} in {signal.column} left out, the first at row {rows[0]}: "
+                    "is its line disturbed?"
+                )
+                signals[rows, k] = np.nan
+        return notes
+
+    def _left_out(self, time: np.ndarray, signals: np.ndarray) -> list[str]:
+        """Return notes on missing samples that are not fitted."""
+        notes = []
+        for signal, column in zip(self._mapping.signals, signals.T, strict=True):
+            missing = int((~np.isfinite(column)).sum())
+            if missing:
+                notes.append(
+                    f"{missing} of {len(column)} samples of {signal.column} missing or not finite, "
+                    "left out"
+                )
+        steps = np.diff(time)
+        lost = int(np.sum(np.rint(steps / np.median(steps)) - 1.0))
+        # For recordings of ab_sim the recorder has already noted missing rows.
+        if not self._table.description and lost > 0:
+            rows = "row is" if lost == 1 else "rows are"
+            notes.append(f"{lost} {rows} missing between {len(time)}: the time jumps there")
+        return notes
+
+    def _kind(self) -> str:
+        kind = self._mapping.kind_of_signals
+        if kind is None:
+            units = [
+                self._table.units.get(signal.column)
+                for signal in self._mapping.signals
+                if signal.sensitivity is None
+            ]
+            kind = next((kind_of_unit(unit) for unit in units if unit), None)
+        if kind is None:
+            signal = self._mapping.signals[0]
+            unit = signal.unit or self._table.units.get(signal.column)
+            raise InputError(
+                f"{self._name}: signals.0 ({signal.column}): "
+                + (f"unit {unit!r} is neither of a displacement nor of an acceleration"
+                   if unit else "has no unit")
+                + "; give it in the mapping, e.g. {unit: mm} or {unit: m/s^2}"
+            )  # fmt: skip
+        return kind
+
+    def _numbers(self, asked: ColumnOf, si: str, place: str) -> np.ndarray:
+        unit = self._table.unit_of(asked.column, asked.unit)
+        if isinstance(asked, SignalColumn) and asked.sensitivity is not None:
+            factor = sensitivity_factor(asked.sensitivity, unit, si, f"{self._name}: {place}")
+        else:
+            factor = factor_of(unit, si, f"{self._name}: {place}")
+        return factor * self._table.column(asked.column, place)
+
+    def _angle_from(self, asked: Keyphasor, time: np.ndarray) -> np.ndarray:
+        """Return the spindle's angle; NaN outside the range of pulses."""
+        reading = self._table.column(asked.column, "keyphasor")
+        check_finite(time, reading, "keyphasor", self._name)
+        place = f"{self._name}: keyphasor.angle"
+        first = 0.0 if asked.angle is None else number_of(asked.angle, "rad", place)
+        return first + angle_from_pulses(time, reading, asked.per_turn, self._name)
+
+    def _optional(self, asked: ColumnOf | None, si: str, place: str) -> np.ndarray | None:
+        return None if asked is None else self._numbers(asked, si, place)
+
+    def _time(self, count: int) -> np.ndarray:
+        mapping = self._mapping
+        if mapping.time is not None:
+            return self._numbers(mapping.time, "s", "time")
+        assert mapping.sampling is not None
+        rate = number_of(mapping.sampling, "Hz", f"{self._name}: sampling")
+        if not 0.0 < rate < math.inf:
+            raise InputError(f"{self._name}: sampling = {rate} Hz: must be more than 0")
+        return np.arange(count) / rate
+
+    def _run(self, time: np.ndarray) -> tuple[bool, float | None]:
+        """Return whether the recording includes the run's start, and the step [s] or None."""
+        step = self._table.description.get("step")
+        if not isinstance(step, float) or "step" not in self._table.columns:
+            return False, None
+        first = float(self._table.columns["step"][0])
+        return first <= RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step
+
+    def _axes(self) -> tuple[float, ...]:
+        axes = []
+        turned = 0.0
+        sensor = self._sensor()
+        if sensor is not None:
+            turned = sensor.axis_angle
+        for k, signal in enumerate(self._mapping.signals):
+            place = f"{self._name}: signals.{k}.direction"
+            direction = signal.direction
+            axes.append(
+                turned + AXES[k] if direction is None else number_of(direction, "rad", place)
+            )
+        return tuple(axes)
+
+    def _sensor(self) -> Sampled | None:
+        asked = self._mapping.sensor
+        if asked is None:
+            return None
+        if isinstance(asked, dict):
+            kind = Accelerometer if self._kind() == ACCELERATION else ProximityProbe
+            try:
+                return kind.model_validate(asked)
+            except ValidationError as error:
+                error_entry = error.errors(include_url=False)[0]
+                key = ".".join(map(str, ("sensor", *error_entry["loc"])))
+                near = nearest(key.partition(".")[2], kind.model_fields)
+                raise InputError(
+                    f"{self._name}: {key} = {short(error_entry['input'])}: "
+                    f"{error_entry['msg']}{near}"
+                ) from None
+        recorded = self._table.description.get("scene") or {}
+        for section, model in SENSORS.items():
+            if asked in (recorded.get(section) or {}):
+                return model.model_validate(recorded[section][asked])
+        if asked in self._scene.pickups:
+            return self._scene.pickups[asked]
+        if asked in itertools.chain(*sensors_of(self._table)):
+            return None  # a test rig's sensor, whose low-pass is unknown
+        raise InputError(
+            f"{self._name}: sensor = {asked!r}: no such sensor; the scene has "
+            + (", ".join(self._scene.pickups) or "no sensors")
+            + "; name one, or give its parameters, e.g. {bandwidth: 200}"
+        )
+
+
+def check_names(recordings: Sequence[Measured]) -> None:
+    """Refuse recordings with equal names.
+
+    Raises:
+        InputError: two recordings have the same name.
+    """
+    names = [recording.name for recording in recordings]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name}: two recordings have this name; rename one of the files")
+
 
 MOST_MASS = 1e3
 """Upper limit of a trial mass [kg]."""

@@ -9,12 +9,14 @@ from scipy.interpolate import CubicSpline
 
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.base.errors import AbSimError, SceneError
+from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.design.batch.prepared_run import PreparedRun
+from ab_sim.design.batch.run_prepared import run_one_by_one
 from ab_sim.design.draws import value_of
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.engine.stepping.side_by_side import LANES, LaneSamples
 from ab_sim.identification.colour import low_pass_alone
 from ab_sim.identification.measured import DISPLACEMENT, Measured
-from ab_sim.identification.runs import AlikeRuns
 from ab_sim.model.dynamics.assemble import start_state
 from ab_sim.model.dynamics.layout import layout_of
 from ab_sim.scene.load import changed_scene
@@ -26,40 +28,7 @@ ON_GRID = 1e-6
 STEP_SHARE = 1e-6
 """Step of a finite difference, relative to the parameter's scale."""
 Values = Mapping[str, Any]
-"""Values of a scene by dotted key."""
-
-
-class KeyPlace(NamedTuple):
-    """Position of a number in a scene: its key, and the path inside a list."""
-
-    key: str
-    inside: tuple[int | str, ...] = ()
-    """Path inside the value of ``key``.
-
-    ``balls.mass.1`` has (1,); ``mounts.0.stiffness.2`` has (0, "stiffness", 2). The key is that of
-    the list, which is replaced as a whole.
-    """
-
-    def put(self, values: dict[str, Any], value: float, scene: Scene) -> None:
-        """Set the number among ``values``; a list is copied first, from the scene if necessary."""
-        if self.inside and self.key not in values:
-            values[self.key] = value_of(scene, self.key)
-        values[self.key] = _replaced(values.get(self.key), self.inside, value)
-
-    def number(self, values: Values, scene: Scene) -> float:
-        """Return the number from ``values``, or from the scene if it is missing there."""
-        here = values[self.key] if self.key in values else value_of(scene, self.key)
-        for part in self.inside:
-            here = here[part]
-        return float(here)
-
-
-def _replaced(node: Any, inside: Sequence[int | str], value: float) -> Any:
-    if not inside:
-        return value
-    copied = node.copy()
-    copied[inside[0]] = _replaced(node[inside[0]], inside[1:], value)
-    return copied
+"""Values of a scene by dotted key; entries of lists by index, ``balls.mass.1``."""
 
 
 class SimulatedSignals(NamedTuple):
@@ -73,11 +42,14 @@ class SimulatedSignals(NamedTuple):
     slope: np.ndarray
     """Time derivative of the signals, per second, same shape; zeros unless requested."""
     derivatives: np.ndarray
-    """Derivatives of the signals by each parameter, shape (places, samples, axes)."""
+    """Derivatives of the signals by each key, shape (keys, samples, axes)."""
 
 
 class RecordedDrive:
     """Runs of a scene under the conditions of a recording: its spindle, sensor and times.
+
+    The stepper is chosen for the first scene and kept, because a change would make the objective of
+    a fit discontinuous. Runs for which it is unstable diverge and count as failed.
 
     Args:
         scene: scene whose parameters vary, with balls.
@@ -91,8 +63,9 @@ class RecordedDrive:
         self.measured = measured
         self.step = _step(scene, measured)
         self.scene = _followed(scene, measured, self.step)
-        self._runs = AlikeRuns(_prepared(self.scene_with({}), scene.name))
-        self.steps = self._runs.first.steps
+        self._first = _prepared(self.scene_with({}), scene.name)
+        self._lanes = LaneGroup(self._first, 1) if self._first.fits_lane else None
+        self.steps = self._first.steps
         at = measured.time / self.step
         aligned = bool(np.all(np.abs(at - np.rint(at)) < ON_GRID))
         self._grid = np.rint(at).astype(np.int64) - 1 if aligned else None
@@ -102,7 +75,7 @@ class RecordedDrive:
     @property
     def side_by_side(self) -> bool:
         """True if the runs can be computed side by side."""
-        return self._runs.first.fits_lane
+        return self._first.fits_lane
 
     def scene_with(self, values: Values) -> Scene:
         """Return the scene of a run with other values, and with the recorded trial mass and balls.
@@ -117,7 +90,7 @@ class RecordedDrive:
     def signals(
         self,
         values: Values,
-        places: Sequence[KeyPlace] = (),
+        keys: Sequence[str] = (),
         moves: Sequence[float] = (),
         delay: float = 0.0,
         slope: bool = False,
@@ -127,19 +100,16 @@ class RecordedDrive:
 
         Args:
             values: values of the scene.
-            places: positions of the parameters for derivatives.
-            moves: step of the finite difference for each parameter [SI].
+            keys: keys for derivatives.
+            moves: step of the finite difference for each key [SI].
             delay: delay of the signals [s].
             slope: whether the derivative by time is needed.
             central: whether differences are central rather than one-sided.
         """
         every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)
-        for place, move in zip(places, moves, strict=True):
-            now = place.number(values, self.scene)
-            for way in ways:
-                moved = dict(values)
-                place.put(moved, now + way * move, self.scene)
-                every.append(moved)
+        for key, move in zip(keys, moves, strict=True):
+            now = float(values[key] if key in values else value_of(self.scene, key))
+            every += [{**values, key: now + way * move} for way in ways]
         try:
             runs = self._run(every)
         except AbSimError:
@@ -147,21 +117,39 @@ class RecordedDrive:
         if runs is None:
             return None
         signals, slopes = self._at_times(runs, delay, slope)
-        sides = signals[1:].reshape(len(places), len(ways), *signals.shape[1:])
+        sides = signals[1:].reshape(len(keys), len(ways), *signals.shape[1:])
         widths = len(ways) * np.asarray(moves, float).reshape(-1, 1, 1)
         other = sides[:, 1] if central else signals[0]
         return SimulatedSignals(signals[0], slopes, (sides[:, 0] - other) / widths)
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
         """Return signals at each step, shape (runs, steps, axes); None if a run diverges."""
-        prepared = [self._runs.first.with_numbers_of(self.scene_with(values)) for values in every]
-        samples = self._runs.samples(prepared)
+        prepared = [self._first.with_numbers_of(self.scene_with(values)) for values in every]
+        samples = self._samples(prepared)
         if samples is None:
             return None
         signals = np.empty((len(every), self.steps, len(self.measured.axes)))
         for k, run in enumerate(prepared):
             signals[k] = self._sensed(run, Trajectory(run.channels, samples[k]))
         return signals if bool(np.isfinite(signals).all()) else None
+
+    def _samples(self, runs: Sequence[PreparedRun]) -> np.ndarray | None:
+        """Return all steps of each run, shape (runs, steps, channels); None if a run diverges."""
+        if self._lanes is None:
+            done, _ = run_one_by_one(runs, 1)
+            if any(run.failure for run in done):
+                return None
+            return np.stack([run.trajectory.samples for run in done])
+        rows = -(-len(runs) // LANES) * LANES
+        samples = np.empty((rows, self.steps, len(self._first.channels)))
+        for begin in range(0, len(runs), LANES):
+            some = runs[begin : begin + LANES]
+            keys = [run.step_plan_key for run in some]
+            into = LaneSamples.by_sample(samples[begin : begin + LANES])
+            sound, _ = self._lanes.run(LaneStarts.of(some), keys, into)
+            if (sound[: len(some)] < self.steps).any():
+                return None
+        return samples[: len(runs)]
 
     def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
         """Return signals on the sensor's axes, shape (steps, axes)."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
@@ -61,10 +61,6 @@ class Estimate(NamedTuple):
     def bounded(self) -> bool:
         """True if the interval is finite, and its lower end is not 0."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high)) and self.low != 0.0
-
-    def report(self) -> dict[str, Any]:
-        """Return the fields by name."""
-        return self._asdict()
 
 
 class ProfilePoints(NamedTuple):

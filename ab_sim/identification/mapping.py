@@ -1,4 +1,4 @@
-"""Mapping: a YAML file with the meaning of a table's columns."""
+"""Column mapping: a YAML file with the meaning of a table's columns."""
 
 import math
 from collections.abc import Sequence
@@ -60,7 +60,7 @@ class Keyphasor(Section):
     )
 
 
-class Mapping(Section):
+class ColumnMapping(Section):
     """Meaning of a table's columns."""
 
     time: ColumnOf | None = Field(default=None, description="times of the samples")
@@ -97,7 +97,7 @@ class Mapping(Section):
     )
 
     @model_validator(mode="after")
-    def _whole(self) -> "Mapping":
+    def _whole(self) -> "ColumnMapping":
         if (self.time is None) == (self.sampling is None):
             raise ValueError("give exactly one of time (a column) and sampling (a rate)")
         if self.speed is None and self.angle is None and self.keyphasor is None:
@@ -119,7 +119,7 @@ class Mapping(Section):
         return None
 
 
-def read_mapping_file(path: Path) -> Mapping:
+def read_mapping_file(path: Path) -> ColumnMapping:
     """Read a mapping from a file.
 
     Raises:
@@ -135,7 +135,7 @@ def read_mapping_file(path: Path) -> Mapping:
     return mapping_of(raw, f"--map {path}")
 
 
-def mapping_of(raw: Any, place: str) -> Mapping:
+def mapping_of(raw: Any, place: str) -> ColumnMapping:
     """Return a mapping from plain values.
 
     Raises:
@@ -144,14 +144,14 @@ def mapping_of(raw: Any, place: str) -> Mapping:
     if not isinstance(raw, dict):
         raise InputError(f"{place}: must be a mapping with time, speed or angle, and signals")
     try:
-        return Mapping.model_validate(raw)
+        return ColumnMapping.model_validate(raw)
     except ValidationError as error:
         first_error = error.errors(include_url=False)[0]
         key = ".".join(map(str, first_error["loc"]))
         if first_error["type"] == "extra_forbidden":
             last = str(first_error["loc"][-1])
             raise InputError(
-                f"{place}: {key}: there is no such key{nearest(last, Mapping.model_fields)}"
+                f"{place}: {key}: there is no such key{nearest(last, ColumnMapping.model_fields)}"
             ) from None
         what = first_error["msg"].removeprefix("Value error, ")
         value = "" if not key else f" = {short(first_error['input'])}"
@@ -237,7 +237,7 @@ def pair_of(signal: str) -> tuple[str, str]:
 
 def usual_mapping(
     names: Sequence[str], sensors: Sequence[str], probes: Sequence[str], wanted: str | None
-) -> Mapping | str:
+) -> ColumnMapping | str:
     """Return the mapping of a table with ab_sim's columns, or a text that states why there is none.
 
     Args:
@@ -260,7 +260,7 @@ def usual_mapping(
             return f"signal {short(wanted)}: must be one of {', '.join(signals)}"
         return f"it has no columns {pair[0]} and {pair[1]} for the signal {wanted!r}"
     kind = DISPLACEMENT if wanted in (DISPLACEMENT, *probes) else ACCELERATION
-    return Mapping.model_validate(
+    return ColumnMapping.model_validate(
         {
             "time": {"column": "time"},
             "speed": {"column": "speed"},

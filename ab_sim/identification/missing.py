@@ -1,25 +1,31 @@
-"""Missing effects: each effect that the scene lacks is tried once as an explanation of residuals.
+"""Explanations of residuals that are not noise, each tried once.
 
-Unknown parameters of a recording are tried as well, because a rotated or late sensor looks like a
-wrong drive.
+Tried are effects that the scene lacks, unknown parameters of a recording, and its sampling rate. A
+rotated or late sensor looks like a wrong drive.
+
+If only the speed was recorded, the spindle angle is its integral over time, and the whirl of an
+unbalance turns with it. With a wrong sampling rate the two drift apart. With a recorded angle they
+do not: suspension and damping absorb the error, and no fit can detect it.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ab_sim.base.errors import AbSimError
 from ab_sim.base.presentation import Progress
-from ab_sim.identification.forward import MOTOR, KeyPlace
-from ab_sim.identification.measured import NUISANCES
+from ab_sim.identification.forward import MOTOR
+from ab_sim.identification.measured import NUISANCES, Measured
 from ab_sim.identification.parameters import FitParameter
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import total_z, whiteness_over
 from ab_sim.identification.result import TriedEffect
-from ab_sim.identification.stages import Fitted, minimise
+from ab_sim.identification.stages import Fitted, SearchSettings, StagedFit, minimise
+from ab_sim.model.spindle import Ramp, SpeedSchedule
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -45,16 +51,18 @@ BALLS_ONLY = {
 """Methods of effects that act on balls only."""
 LIMIT = 1e3
 """Largest value of a parameter in units of the size at which it becomes visible."""
-
-
-class _Trial(NamedTuple):
-    """Scene with an additional effect."""
-
-    scene: Scene
-    common: tuple[FitParameter, ...]
-    """Fitted parameters of the scene: the remaining earlier ones, then those of the effect."""
-    more: tuple[FitParameter, ...]
-    """Parameters of the effect."""
+TIME_SCALE = "time_scale"
+MOST_OFF = 0.08
+"""Largest relative error of the sampling rate in the search."""
+FAST = 0.6
+"""Fraction of the top speed above which whirl and angle are compared."""
+PER_TURN = 8
+"""Number of trial ratios of whirl to spindle speed within 1 / turns, the width of a peak."""
+MOST_ROWS = 4000
+NEAR = 0.7
+"""Half-width of the search in units of one over the number of turns."""
+STEPS, POINTS = 15, 16
+"""Number of iterations of the fit at each scale, and largest number of scales."""
 
 
 def tried_effects(
@@ -82,8 +90,8 @@ def tried_effects(
     for done, name in enumerate(names):
         tell(f"tried with {name}", done, len(names))
         try:
-            trial = _trial(problem, without.values, name)
-            trials.append(_tried(problem, without, free, name, trial, before))
+            whole, added = _with_missing(problem, without.values, name)
+            trials.append(_tried(problem, without, free, whole, added, name, before))
         except AbSimError as error:
             reason = str(error).splitlines()[0]
             trials.append(TriedEffect(name, 0.0, 0.0, before, {}, reason))
@@ -92,25 +100,16 @@ def tried_effects(
             continue
         for nuisance in NUISANCES:
             if nuisance not in measured.free:
-                tell(f"tried with {nuisance} of {measured.name}", len(names), len(names))
-                trials.append(_freed(problem, without, free, number, nuisance, before))
+                name = f"{nuisance} of {measured.name}"
+                tell(f"tried with {name}", len(names), len(names))
+                freed = replace(measured, free=(*measured.free, nuisance))
+                whole = _with_recording(problem, number, freed)
+                added = [name for name in whole.names if name not in problem.names]
+                trial = _tried(problem, without, free, whole, added, name, before)
+                trials.append(trial._replace(nuisance=nuisance))
     count = math.log(sum(measured.count for measured in problem.recordings))
     # Bayesian information criterion: every additional parameter must pay for itself.
     return tuple(sorted(trials, key=lambda trial: len(trial.values) * count - trial.drop))
-
-
-def _freed(
-    problem: Problem, without: Fitted, free: Sequence[int], number: int, nuisance: str,
-    before: float,
-) -> TriedEffect:  # fmt: skip
-    """Fit with one more free parameter of a recording; return the result like a tried effect."""
-    recordings = list(problem.recordings)
-    measured = recordings[number]
-    recordings[number] = replace(measured, free=(*measured.free, nuisance))
-    whole = Problem(problem.scene, problem.common, recordings, problem.noise)
-    added = [name for name in whole.names if name not in problem.names]
-    name = f"{nuisance} of {measured.name}"
-    return _fitted(problem, without, free, whole, added, name, before)._replace(nuisance=nuisance)
 
 
 def _needs_balls(effect: type[Any]) -> bool:
@@ -133,15 +132,6 @@ def as_good_as_the_best(tried: Sequence[TriedEffect]) -> list[str]:
 
 
 def _tried(
-    problem: Problem, without: Fitted, free: Sequence[int], name: str, trial: _Trial,
-    before: float,
-) -> TriedEffect:  # fmt: skip
-    whole = Problem(trial.scene, trial.common, problem.recordings, problem.noise)
-    added = [parameter.name for parameter in trial.more]
-    return _fitted(problem, without, free, whole, added, name, before)
-
-
-def _fitted(
     problem: Problem, without: Fitted, free: Sequence[int], whole: Problem, more: Sequence[str],
     name: str, before: float,
 ) -> TriedEffect:  # fmt: skip
@@ -162,15 +152,19 @@ def _fitted(
     after, drop = _z(whole, best.values), 2.0 * (without.cost - best.cost)
     if not math.isfinite(after):
         return TriedEffect(name, 0.0, 0.0, after, {}, "every run with it diverges")
-    explains = (before - max(after, 0.0)) / before if before > 0.0 and drop > 0.0 else 0.0
-    return TriedEffect(
-        name, min(max(explains, 0.0), 1.0), drop, after,
-        {whole.names[j]: float(best.values[j]) for j in places},
-    )  # fmt: skip
+    fitted_values = {whole.names[j]: float(best.values[j]) for j in places}
+    return TriedEffect(name, _explained(before, after, drop), drop, after, fitted_values)
 
 
-def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
-    """Return the scene with an effect whose parameters start at a just visible size."""
+def _explained(before: float, after: float, drop: float) -> float:
+    """Return the fraction of the residuals' z that a trial removes, 0 to 1."""
+    if before <= 0.0 or drop <= 0.0:
+        return 0.0
+    return min(max((before - max(after, 0.0)) / before, 0.0), 1.0)
+
+
+def _with_missing(problem: Problem, values: np.ndarray, name: str) -> tuple[Problem, list[str]]:
+    """Return the problem with an effect, and the effect's parameters, just visible at the start."""
     if name == UNEQUAL and EQUAL in problem.scene.effects:
         return _unequal(problem, values)
     fields = {
@@ -186,17 +180,17 @@ def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
         FitParameter(
             f"effects.{name}.{field}", str(about.get("unit", "1")), size, size,
             max(-LIMIT * size, _least(about)), min(LIMIT * size, about.get("maximum", np.inf)),
-            KeyPlace(f"effects.{name}.{field}"),
+            f"effects.{name}.{field}",
         )
         for field, about in fields.items()
         if (size := _size(other, values, f"effects.{name}.{field}", _least(about)))
     ]  # fmt: skip
     problem.runs += other.runs
-    return _Trial(scene, (*problem.common, *more), tuple(more))
+    return _with_scene(problem, scene, problem.common, more)
 
 
-def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
-    """Return the scene with unequal springs in place of its suspension."""
+def _unequal(problem: Problem, values: np.ndarray) -> tuple[Problem, list[str]]:
+    """Return the problem with unequal springs in place of its suspension."""
     scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
     equal, rest = scene.effects[EQUAL], scene.as_mapping()["effects"]
     assert isinstance(rest, dict)
@@ -211,20 +205,26 @@ def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
     }
     more = [
         FitParameter(f"effects.{UNEQUAL}.{name}", unit, start, start, 0.0, 10.0 * start,
-                  KeyPlace(f"effects.{UNEQUAL}.{name}"))
+                  f"effects.{UNEQUAL}.{name}")
         for name, (start, unit) in starts.items()
     ]  # fmt: skip
     axis = f"effects.{UNEQUAL}.axis_angle"
-    more.append(FitParameter(axis, "rad", 0.5, 1.0, -3.2, 3.2, KeyPlace(axis)))
+    more.append(FitParameter(axis, "rad", 0.5, 1.0, -3.2, 3.2, axis))
     kept = [
         parameter
         for parameter in problem.common
         if not parameter.name.startswith(f"effects.{EQUAL}.")
     ]
-    return _Trial(
-        changed_scene(problem.scene, {"effects": effects}, f"with {UNEQUAL}"),
-        (*kept, *more), tuple(more),
-    )  # fmt: skip
+    springs = changed_scene(problem.scene, {"effects": effects}, f"with {UNEQUAL}")
+    return _with_scene(problem, springs, kept, more)
+
+
+def _with_scene(
+    problem: Problem, scene: Scene, kept: Sequence[FitParameter], more: Sequence[FitParameter]
+) -> tuple[Problem, list[str]]:
+    """Return the problem with another scene and further parameters, and the latter's names."""
+    whole = Problem(scene, (*kept, *more), problem.recordings, problem.noise)
+    return whole, [parameter.name for parameter in more]
 
 
 def _least(about: dict[str, Any]) -> float:
@@ -264,3 +264,111 @@ def _z(problem: Problem, values: np.ndarray) -> float:
     if any(problem.simulated(k, values) is None for k in range(len(problem.recordings))):
         return math.inf
     return total_z(whiteness_over(problem, values))
+
+
+def tried_scales(
+    problem: Problem,
+    values: np.ndarray,
+    white: Sequence[bool],
+    held: Sequence[int],
+    search: SearchSettings,
+) -> tuple[TriedEffect, ...]:
+    """Try another time scale for each recording whose residuals are not noise.
+
+    Args:
+        problem: problem with all recordings.
+        values: fitted values of its parameters [SI].
+        white: whether the residuals are noise, for each recording.
+        held: indices of the parameters that stay at their start.
+        search: settings of the fits.
+
+    Returns:
+        The trials, the best first.
+    """
+    before, cost = total_z(whiteness_over(problem, values)), problem.cost(values)
+    free = [j for j in range(len(problem.parameters)) if j not in held]
+    scales = []
+    for number, measured in enumerate(problem.recordings):
+        # Times in a recording of ab_sim are those of its steps, hence exact.
+        if white[number] or measured.angle_known or measured.step is not None:
+            continue
+        search.tell(f"tried with another sampling rate of {measured.name}", 0, 1)
+        about, turns = _drift(measured)
+        last = Fitted(values, np.inf)
+        if abs(about) > NEAR / turns:
+            whole = _with_scale(problem, number, 1.0 + about)
+            last = StagedFit(whole, held, search).run()
+            problem.runs += whole.runs
+        begin = last.values
+        ends: dict[float, Fitted] = {}
+
+        def cost_of(
+            share: float, number: int = number, begin: np.ndarray = begin,
+            ends: dict[float, Fitted] = ends,
+        ) -> float:  # fmt: skip
+            whole = _with_scale(problem, number, 1.0 + share)
+            nearest = min(ends, key=lambda other: abs(other - share), default=None)
+            start = begin if nearest is None else ends[nearest].values
+            ends[share] = minimise(whole, start, free, STEPS)
+            problem.runs += whole.runs
+            return ends[share].cost
+
+        reach = NEAR / turns
+        minimize_scalar(
+            cost_of,
+            bounds=(about - reach, about + reach),
+            method="bounded",
+            options={"maxiter": POINTS, "xatol": 1e-3 * reach},
+        )
+        best = min(ends, key=lambda share: ends[share].cost)
+        whole = _with_scale(problem, number, 1.0 + best)
+        after = total_z(whiteness_over(whole, ends[best].values))
+        name, drop = f"time scale of {measured.name}", 2.0 * (cost - ends[best].cost)
+        explains = _explained(before, after, drop)
+        trial = TriedEffect(name, explains, drop, after, {name: 1.0 + best}, nuisance=TIME_SCALE)
+        scales.append(trial)
+    return tuple(sorted(scales, key=lambda scale: -scale.drop))
+
+
+def _drift(measured: Measured) -> tuple[float, float]:
+    """Return the relative excess of whirl speed over spindle speed, and the number of turns."""
+    there = np.isfinite(measured.signals).all(axis=1)
+    time, angle = measured.time[there], measured.spindle_angle[there]
+    speed = np.abs(np.gradient(angle, time))
+    fast = np.flatnonzero(speed > FAST * speed.max())
+    fast = fast[:: max(1, len(fast) // MOST_ROWS)]
+    whirl = (measured.signals[there] @ np.exp(1j * np.array(measured.axes)))[fast]
+    turned = angle[fast] - angle[fast[0]]
+    turns = max(abs(float(turned[-1])) / (2.0 * np.pi), 1.0)
+    still = (whirl - whirl.mean()) * np.exp(-1j * angle[fast]) * np.hanning(len(fast))
+    shares = np.linspace(-MOST_OFF, MOST_OFF, 2 * int(MOST_OFF * turns * PER_TURN) + 3)
+    peaks = [abs(complex(np.sum(still * np.exp(-1j * share * turned)))) for share in shares]
+    return float(shares[int(np.argmax(peaks))]), turns
+
+
+def _with_scale(problem: Problem, number: int, scale: float) -> Problem:
+    return _with_recording(problem, number, scaled(problem.recordings[number], scale))
+
+
+def _with_recording(problem: Problem, number: int, measured: Measured) -> Problem:
+    """Return the problem with another recording at an index."""
+    recordings = list(problem.recordings)
+    recordings[number] = measured
+    return Problem(problem.scene, problem.common, recordings, problem.noise)
+
+
+def scaled(measured: Measured, scale: float) -> Measured:
+    """Return a recording with its times multiplied by a factor, at the same speeds."""
+    old = measured.schedule
+    pieces = [
+        (
+            scale * (piece.end - piece.start),
+            Ramp(piece.segment.speed(0.0), float(piece.segment.acceleration(0.0)) / scale),
+        )
+        for piece in old.segments[:-1]
+    ]
+    first = old.segments[0]
+    schedule = SpeedSchedule(
+        pieces, old.segments[-1].segment.speed(0.0), scale * first.start, first.start_angle
+    )
+    return replace(measured, time=scale * measured.time, schedule=schedule)

@@ -8,8 +8,7 @@ import numpy as np
 
 from ab_sim.base.errors import InputError, exact, short
 from ab_sim.design.draws import value_of
-from ab_sim.design.variables import Range, variable_of
-from ab_sim.identification.forward import KeyPlace
+from ab_sim.design.points import Range, variable_of
 from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN, Measured
 from ab_sim.scene.bounds import Bounds, bounds_at
 from ab_sim.scene.keys import scene_keys
@@ -37,15 +36,15 @@ class FitParameter(NamedTuple):
     """Number that a fit may vary."""
 
     name: str
-    """Key; for a single recording with its name: ``gain of run-1``."""
+    """Name: the key; for a single recording with the recording's name: ``gain of run-1``."""
     unit: str
     start: float
     scale: float
     """Magnitude of a large change."""
     low: float
     high: float
-    place: KeyPlace | None
-    """Place in a scene; None for gain, bias and delay."""
+    key: str | None
+    """Dotted key in a scene; None for gain, bias and delay."""
     recording: int | None = None
     """Index of the recording of the parameter; None for a common parameter."""
     nuisance: str = ""
@@ -93,14 +92,15 @@ def fitted_parameters(
 
 
 def _fitted(scene: Scene, key: str, bounds: tuple[float, float] | None) -> FitParameter:
-    place, now = _place(scene, key)
+    now, whole = _value(scene, key)
     for section, why in _REFUSED.items():
         if key == section or key.startswith(f"{section}."):
             raise InputError(f"fit {key}: cannot be fitted: {why}; leave it out")
     if isinstance(now, dict | list) and now:
         names = [f"{key}.{name}" for name in (now if isinstance(now, dict) else range(len(now)))]
         raise InputError(f"fit {key}: is not a number; fit one of {', '.join(names)}")
-    row = scene_keys(key.rpartition(".")[0] if place.inside and _is_count(key) else key)[0]
+    above, _, last = key.rpartition(".")
+    row = scene_keys(above if whole != key and last.isdecimal() else key)[0]
     if row.range.startswith("whole") or row.unit == "-":
         raise InputError(
             f"fit {key}: cannot be fitted: it is not a continuous number; leave it out"
@@ -108,27 +108,26 @@ def _fitted(scene: Scene, key: str, bounds: tuple[float, float] | None) -> FitPa
     if now is None:
         raise InputError(
             f"fit {key}: the scene {scene.name} has no value to start from; write one there, or "
-            f"--set {place.key}=..."
+            f"--set {whole}=..."
         )
     start = float(now)
     allowed = bounds_at(scene, row.key) or Bounds()
     low, high = _limits(scene, allowed, start, bounds, key)
     scale = abs(start) if start else 0.25 * (high - low)
-    return FitParameter(key, row.unit, start, scale, low, high, place, least=allowed.lowest)
+    return FitParameter(key, row.unit, start, scale, low, high, key, least=allowed.lowest)
 
 
-def _place(scene: Scene, key: str) -> tuple[KeyPlace, Any]:
-    """Return the place of a key in a scene, and its value."""
+def _value(scene: Scene, key: str) -> tuple[Any, str]:
+    """Return the value at a key, and the key of the list that contains it, or the key itself."""
     parts = key.split(".")
     for count in range(1, len(parts)):
-        above = ".".join(parts[:count])
-        if isinstance(now := value_of(scene, above), list | float):
-            way: list[int | str] = []
+        whole = above = ".".join(parts[:count])
+        if isinstance(now := value_of(scene, whole), list | float):
             for part in parts[count:]:
-                now = _entry(key, now, part, ".".join([above, *map(str, way)]))
-                way.append(int(part) if part.isdecimal() else part)
-            return KeyPlace(above, tuple(way)), now
-    return KeyPlace(key), value_of(scene, key)
+                now = _entry(key, now, part, above)
+                above = f"{above}.{part}"
+            return now, whole
+    return value_of(scene, key), key
 
 
 def _entry(key: str, node: Any, part: str, above: str) -> Any:
@@ -151,10 +150,6 @@ def _entry(key: str, node: Any, part: str, above: str) -> Any:
     if part not in node:
         raise InputError(f"fit {key}: {above} has no {part}; it has {', '.join(node)}")
     return node[part]
-
-
-def _is_count(key: str) -> bool:
-    return key.rpartition(".")[2].isdecimal()
 
 
 def _limits(
@@ -215,12 +210,12 @@ def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
     }
     if not bases:
         return []
-    place = KeyPlace("start.angle")
     return [
         FitParameter(
-            ENCODER_ZERO, "rad", 0.0, 1.0, -math.inf, math.inf, place, min(bases), bases=bases
+            ENCODER_ZERO, "rad", 0.0, 1.0, -math.inf, math.inf, "start.angle", min(bases),
+            bases=bases,
         )
-    ]
+    ]  # fmt: skip
 
 
 def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
@@ -233,11 +228,11 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
     """
 
     def own(
-        what: str, unit: str, start: float, scale: float, reach: float, place: KeyPlace | None,
+        what: str, unit: str, start: float, scale: float, reach: float, key: str | None,
         nuisance: str = "", axis: int = 0,
     ) -> FitParameter:  # fmt: skip
         return FitParameter(
-            f"{what} of {measured.name}", unit, start, scale, start - reach, start + reach, place,
+            f"{what} of {measured.name}", unit, start, scale, start - reach, start + reach, key,
             number, nuisance, axis,
         )  # fmt: skip
 
@@ -246,28 +241,26 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
     for ball in range(balls):
         angle = 2.0 * math.pi * ball / max(balls, 1)
         parameters.append(
-            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, KeyPlace(ANGLES, (ball,)))
+            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, f"{ANGLES}.{ball}")
         )
     if not measured.at_rest:
         top = max(measured.schedule.top_speed, 1.0)
         for ball in range(balls):
-            place = KeyPlace(RATES, (ball,))
-            parameters.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
+            name, key = f"start rate of ball {ball}", f"{RATES}.{ball}"
+            parameters.append(own(name, "rad/s", 0.0, 1.0, top, key))
         length = scene.whirl_unit[0]
         # A single signal does not determine the start across its axis, which stays 0.
         across = [(abs(math.cos(axis)), abs(math.sin(axis))) for axis in measured.axes]
         seen = (0, 1) if len(across) > 1 else (int(across[0][1] > across[0][0]),)
         for axis in seen:
-            place, name = KeyPlace(POSITION, (axis,)), "xy"[axis]
-            parameters.append(own(f"start {name}", "m", 0.0, length, np.inf, place))
+            name, key = f"start {'xy'[axis]}", f"{POSITION}.{axis}"
+            parameters.append(own(name, "m", 0.0, length, np.inf, key))
         for axis in seen:
-            name = "xy"[axis]
-            place = KeyPlace(VELOCITY, (axis,))
-            scale = length * top
-            parameters.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
+            name, key = f"start v{'xy'[axis]}", f"{VELOCITY}.{axis}"
+            parameters.append(own(name, "m/s", 0.0, length * top, np.inf, key))
     if DISC_ANGLE in measured.free and not measured.angle_known:
         angle = measured.schedule.angle(0.0)
-        parameters.append(own("disc angle", "rad", angle, 1.0, np.inf, KeyPlace("start.angle")))
+        parameters.append(own("disc angle", "rad", angle, 1.0, np.inf, "start.angle"))
     if GAIN in measured.free:
         parameters.append(own(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
     if BIAS in measured.free:

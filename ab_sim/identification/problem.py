@@ -202,9 +202,9 @@ class Problem:
             if not measured.at_rest:
                 by_key[POSITION], by_key[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
         for parameter, value in zip(self.parameters, values.tolist(), strict=True):
-            if parameter.place is not None and parameter.belongs_to(number):
+            if parameter.key is not None and parameter.belongs_to(number):
                 base = 0.0 if number is None else parameter.bases.get(number, 0.0)
-                parameter.place.put(by_key, base + value, self.scene)
+                by_key[parameter.key] = base + value
         return by_key
 
     def _signals(
@@ -224,13 +224,13 @@ class Problem:
         also: Mapping[str, Any],
     ) -> SimulatedSignals | None:  # fmt: skip
         drive, measured = self._drives[number], self.recordings[number]
-        places = [(j, self.parameters[j].place) for j in free]
-        moved = [(j, place) for j, place in places if place is not None]
+        keys = [(j, self.parameters[j].key) for j in free]
+        moved = [(j, key) for j, key in keys if key is not None]
         delays = self._own(number, DELAY, values)
         self.runs += 1 + (2 if central else 1) * len(moved)
         return drive.signals(
             {**self.scene_values(values, number), **also},
-            [place for _, place in moved],
+            [key for _, key in moved],
             [STEP_SHARE * self.parameters[j].scale for j, _ in moved],
             delays[0] if delays else measured.delay,
             bool(delays),
@@ -258,7 +258,7 @@ class Problem:
         columns = []
         for j in places:
             parameter = self.parameters[j]
-            if parameter.place is not None:
+            if parameter.key is not None:
                 columns.append(gain * next(derivatives))
             elif parameter.nuisance == GAIN:
                 columns.append(signals.values)

@@ -1,7 +1,7 @@
 """Result of an identification."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,10 +59,6 @@ class TriedEffect(NamedTuple):
     Empty for an effect.
     """
 
-    def report(self) -> dict[str, Any]:
-        """Return the trial as JSON-able values."""
-        return self._asdict()
-
 
 class HeldOut(NamedTuple):
     """Quality of the fit on recordings that were not fitted."""
@@ -96,10 +92,6 @@ class Proposal(NamedTuple):
     """Names of unknown parameters that the recording would determine."""
     opened: tuple[float, ...] = ()
     """Relative half-width of the interval of each parameter in ``opens``."""
-
-    def report(self) -> dict[str, Any]:
-        """Return the fields by name."""
-        return self._asdict()
 
     @property
     def gains(self) -> str:
@@ -169,13 +161,10 @@ class Identification(Presented):
 
     def _columns(self) -> Columns:
         estimates = self.estimates
+        names = {"parameter": "name"} | {n: n for n in ("unit", "value", "low", "high", "how")}
         return {
-            "parameter": Column(None, [estimate.name for estimate in estimates]),
-            "unit": Column(None, [estimate.unit for estimate in estimates]),
-            "value": Column(None, [estimate.value for estimate in estimates]),
-            "low": Column(None, [estimate.low for estimate in estimates]),
-            "high": Column(None, [estimate.high for estimate in estimates]),
-            "how": Column(None, [estimate.how for estimate in estimates]),
+            title: Column(None, [getattr(estimate, name) for estimate in estimates])
+            for title, name in names.items()
         }
 
     def report(self) -> dict[str, object]:
@@ -189,7 +178,7 @@ class Identification(Presented):
                 "scene": self.before.name,
                 "verdict": self.verdict,
                 "reasons": list(self.reasons),
-                "parameters": [estimate.report() for estimate in self.estimates],
+                "parameters": [estimate._asdict() for estimate in self.estimates],
                 "covariance": {
                     "parameters": list(self.intervals.names),
                     "values": self.intervals.covariance.tolist(),
@@ -198,9 +187,9 @@ class Identification(Presented):
                 "profiles": [profile._asdict() for profile in self.intervals.profiles],
                 "knowledge": self.knowledge.report(),
                 "residuals": [result.report() for result in self.whiteness],
-                "tried_effects": [trial.report() for trial in self.tried],
+                "tried_effects": [trial._asdict() for trial in self.tried],
                 "held_out": None if self.held_out is None else self.held_out._asdict(),
-                "next_recordings": [proposal.report() for proposal in self.proposals],
+                "next_recordings": [proposal._asdict() for proposal in self.proposals],
                 "notes": list(self.notes),
                 "runs": self.runs,
                 "seed": self.seed,

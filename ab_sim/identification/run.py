@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping as Dictionary
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,26 +13,25 @@ from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import WorkerLost, Workers
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.identification.changes import Departure, changes_in
-from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
 from ab_sim.identification.knowledge import Knowledge, knowledge_before, knowledge_of
 from ab_sim.identification.measured import Measured
-from ab_sim.identification.missing import tried_effects
+from ab_sim.identification.missing import tried_effects, tried_scales
 from ab_sim.identification.parameters import ANGLES, fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.proposals import proposals_for
-from ab_sim.identification.residuals import NOISELESS, noises_of, whiteness_over
+from ab_sim.identification.residuals import NOISELESS, noises_of, total_z, whiteness_over
 from ab_sim.identification.result import (
+    INTERRUPTED,
     HeldOut,
     Identification,
     Proposal,
     RecordingFit,
     TriedEffect,
 )
-from ab_sim.identification.stages import DRAWS, LAST_STEPS, StagedFit, minimise
-from ab_sim.identification.time_scale import tried_scales
-from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
+from ab_sim.identification.stages import DRAWS, LAST_STEPS, SearchSettings, StagedFit, minimise
+from ab_sim.identification.verdict import explained_by, misfits_of, verdict_of
 from ab_sim.model.equations.neighbours import equal_pairs
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -90,7 +90,7 @@ def run_identification(
     work = _Work(scene, recordings, question, held_out, tell)
     with Workers(workers) as shared:
         try:
-            return work.run(shared)
+            return work.run(SearchSettings(question.seed, tell, shared))
         except WorkerLost as lost:
             raise WorkerLost(
                 "a worker process of the search was ended by a signal or by lack of memory; run it "
@@ -109,17 +109,17 @@ class _Work:
         self._problem = Problem(scene, common, recordings, noises_of(recordings))
         self._check_sizes()
 
-    def run(self, workers: Workers) -> Identification:
+    def run(self, search: SearchSettings) -> Identification:
         """Run the complete identification."""
         problem, question = self._problem, self._question
         knowledge = knowledge_before(problem, question.seed, self._tell)
         held = list(knowledge.held) if question.hold_open else []
-        search = StagedFit(problem, held, question.seed, self._tell, workers)
+        staged = StagedFit(problem, held, search)
         interrupted = False
-        values, open_after = search.best, Knowledge((), (), (), ())
+        values, open_after = staged.best, Knowledge((), (), (), ())
         free = [j for j in range(len(problem.parameters)) if j not in held]
         try:
-            values = _within_a_turn(problem, search.run().values)
+            values = _within_a_turn(problem, staged.run().values)
             _check_doubts(problem, values)
             problem = problem.with_noise(self._spreads(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
@@ -131,7 +131,7 @@ class _Work:
             intervals = intervals_of(problem, values, free, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
-            values = _within_a_turn(problem, search.best)
+            values = _within_a_turn(problem, staged.best)
             problem = problem.with_noise(self._spreads(problem, values))
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)
@@ -150,21 +150,15 @@ class _Work:
             if not interrupted:
                 white = [result.white for result in whiteness]
                 if not all(white):
-                    tried = tried_scales(
-                        problem, values, white, held, question.seed, self._tell, workers
-                    )
+                    tried = tried_scales(problem, values, white, held, search)
                     if not explained_by(tried):
                         tried = tried_effects(problem, values, free, white, self._tell)
                     # A wrong scale of all recordings contains no information about a change of the
                     # drive.
                     if not explained_by(tried) and any(misfit.factor == 1.0 for misfit in misfits):
-                        changes = changes_in(
-                            problem, white, held, question.seed, self._tell, workers
-                        )
+                        changes = changes_in(problem, white, held, search)
                 if self._held_out:
-                    outside, more = held_out(
-                        problem, values, self._held_out, question.seed, self._tell, workers
-                    )
+                    outside, more = _validated(problem, values, self._held_out, search)
                     comparisons += more
                 unbounded = [
                     estimate.name
@@ -176,22 +170,11 @@ class _Work:
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
         opened = dict.fromkeys((*knowledge.open, *open_after.open))
-        bound = [
-            estimate.name
-            for estimate in intervals.estimates
-            if estimate.at_bound and not estimate.own
-        ]
-        verdict, reasons = verdict_of(
-            Findings(
-                interrupted, whiteness, tried, outside, tuple(opened), bound,
-                misfits, question.fit, changes,
-            )
-        )  # fmt: skip
         fitted, notes = self._fitted_scene(values)
         notes += [
             f"{name}: searches from {DRAWS} draws of starts ended in different minima: the best "
             "one may be wrong; start from a scene closer to the drive, or try another --seed"
-            for name in search.disagreements
+            for name in staged.disagreements
         ]
         notes += [
             f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
@@ -201,11 +184,16 @@ class _Work:
             for recording, white in zip(problem.recordings, whiteness, strict=True)
             if recording.doubt and not white.white
         ]
-        return Identification(
-            fitted, self._scene, verdict, tuple(reasons), intervals,
-            knowledge._replace(open=tuple(opened)), whiteness, tuple(comparisons), tried, outside,
-            proposals, tuple(notes), problem.runs, question.seed,
+        identification = Identification(
+            fitted, self._scene, "", (), intervals, knowledge._replace(open=tuple(opened)),
+            whiteness, tuple(comparisons), tried, outside, proposals, tuple(notes), problem.runs,
+            question.seed,
         )  # fmt: skip
+        verdict, reasons = verdict_of(identification, misfits, changes, question.fit)
+        if interrupted:
+            verdict = INTERRUPTED
+            reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
+        return replace(identification, verdict=verdict, reasons=tuple(reasons))
 
     def _fitted_scene(self, values: np.ndarray) -> tuple[Scene, list[str]]:
         """Return the fitted scene, which starts like the first recording with balls, and notes."""
@@ -213,7 +201,8 @@ class _Work:
         changes = {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"}
         for k, measured in enumerate(problem.recordings):
             if measured.with_balls:
-                changes[ANGLES] = problem.scene_values(values, k)[ANGLES]
+                start = problem.scene_values(values, k).items()
+                changes |= {key: value for key, value in start if key.startswith(ANGLES)}
                 notes.append(f"the fitted scene's balls start where those of {measured.name} did")
                 if equal_pairs(self._scene):
                     notes.append(EXCHANGED)
@@ -291,3 +280,41 @@ def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Inte
         for estimate in intervals.estimates
     )
     return intervals._replace(estimates=estimates)
+
+
+def _validated(
+    problem: Problem, values: np.ndarray, recordings: Sequence[Measured], search: SearchSettings
+) -> tuple[HeldOut, list[RecordingFit]]:
+    """Evaluate a fit on other recordings; only their own parameters are fitted.
+
+    Return the quality of the fit, and the recordings that could be simulated.
+    """
+    count = len(problem.common)
+    noise = noises_of(recordings)
+    shares, comparisons = [], []
+    for common in (problem.start[:count], values[:count]):
+        changed = [
+            parameter._replace(start=float(value))
+            for parameter, value in zip(problem.common, common, strict=True)
+        ]
+        other = Problem(problem.scene, changed, recordings, noise)
+        fit = StagedFit(other, range(count), search).run()
+        simulated = [other.simulated(k, fit.values) for k in range(len(recordings))]
+        comparisons = [
+            RecordingFit(measured, signals, True)
+            for measured, signals in zip(recordings, simulated, strict=True)
+            if signals is not None
+        ]
+        problem.runs += other.runs
+        shares.append(_share(comparisons) if len(comparisons) == len(simulated) else np.inf)
+    judged = whiteness_over(other, fit.values)
+    return HeldOut(shares[0], shares[1], total_z(judged)), comparisons
+
+
+def _share(comparisons: Sequence[RecordingFit]) -> float:
+    """Return the r.m.s. of residuals relative to that of the signals."""
+    parts = [
+        np.nanmean(comparison.residuals**2) / comparison.measured.rms**2
+        for comparison in comparisons
+    ]
+    return float(np.sqrt(np.mean(parts)))

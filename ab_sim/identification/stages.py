@@ -175,22 +175,29 @@ class _Points:
         return point
 
 
+class SearchSettings(NamedTuple):
+    """Settings of staged fits."""
+
+    seed: int
+    """Seed of the random starts."""
+    tell: Progress
+    """Progress callback."""
+    workers: Workers
+    """Worker processes for the starts; results do not depend on their number."""
+
+
 class StagedFit:
     """Staged search and fit.
 
     Args:
         problem: problem with all recordings.
         held: indices of the parameters that stay at their start.
-        seed: seed of the random starts.
-        tell: see ``Progress``.
-        workers: worker processes for the starts; results do not depend on their number.
+        search: settings of the search.
     """
 
-    def __init__(
-        self, problem: Problem, held: Sequence[int], seed: int, tell: Progress, workers: Workers
-    ) -> None:
-        self.problem, self._held, self._tell = problem, set(held), tell
-        self._seed, self._workers = seed, workers
+    def __init__(self, problem: Problem, held: Sequence[int], search: SearchSettings) -> None:
+        self.problem, self._held = problem, set(held)
+        self._seed, self._tell, self._workers = search
         self.best = problem.start
         """Best values of all parameters so far [SI]."""
         self._least = math.inf

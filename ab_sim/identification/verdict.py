@@ -6,23 +6,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.identification.changes import Departure
-from ab_sim.identification.knowledge import OpenDirection
 from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN, NUISANCES
-from ab_sim.identification.missing import UNEQUAL, as_good_as_the_best
+from ab_sim.identification.missing import TIME_SCALE, UNEQUAL, as_good_as_the_best
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import Whiteness, noises_of
 from ab_sim.identification.result import (
     BOUND,
     FITS,
-    INTERRUPTED,
     MISSING,
     NO_BETTER,
     OFF,
     OPEN,
-    HeldOut,
+    Identification,
     TriedEffect,
 )
-from ab_sim.identification.time_scale import TIME_SCALE
 
 EXPLAINS, NAMED = 0.7, 0.01
 """Fractions of z that an effect must remove to explain the residuals, and to be named."""
@@ -56,24 +53,6 @@ class Misfit(NamedTuple):
     def off(self) -> bool:
         """True if the residuals are well above the noise."""
         return self.above_noise > ABOVE_NOISE and self.share > OF_SIGNALS
-
-
-class Findings(NamedTuple):
-    """Inputs of a verdict."""
-
-    interrupted: bool
-    whiteness: Sequence[Whiteness]
-    tried: Sequence[TriedEffect]
-    outside: HeldOut | None
-    opened: Sequence[OpenDirection]
-    at_bound: Sequence[str]
-    """Names of parameters of the scene at their bounds."""
-    misfits: Sequence[Misfit]
-    """Deviation of each recording."""
-    fit: Sequence[str]
-    """Keys that were fitted."""
-    changes: Sequence[Departure] = ()
-    """Changes during recordings."""
 
 
 def misfits_of(
@@ -113,57 +92,67 @@ def _steady_factor(measured: np.ndarray, simulated: np.ndarray) -> float:
     return middle if steady and abs(middle - 1.0) > SCALED else 1.0
 
 
-def verdict_of(findings: Findings) -> tuple[str, list[str]]:
-    """Return the verdict, and its reasons as sentences."""
+def verdict_of(
+    result: Identification,
+    misfits: Sequence[Misfit],
+    changes: Sequence[Departure],
+    fit: Sequence[str],
+) -> tuple[str, list[str]]:
+    """Return the verdict of a fit that was not interrupted, and its reasons as sentences.
+
+    Args:
+        result: identification without a verdict.
+        misfits: deviation of each recording.
+        changes: changes during recordings.
+        fit: keys that were fitted.
+    """
     reasons: list[str] = []
-    verdict = FITS
-    for direction in findings.opened:
+    verdict, held_out = FITS, result.held_out
+    at_bound = [one.name for one in result.estimates if one.at_bound and not one.own]
+    for direction in result.knowledge.open:
         verdict = OPEN
         reasons.append(f"{direction.words}; {direction.advice}; held: {direction.held}")
-    if findings.outside is not None:
+    if held_out is not None:
         reasons.append(
             "a run of the fitted scene on held-out data diverges"
-            if np.isinf(findings.outside.after)
-            else f"on held-out data the residuals' r.m.s. is {findings.outside.after:.3g} of the "
-            f"signals', with the scene as it was {findings.outside.before:.3g}"
+            if np.isinf(held_out.after)
+            else f"on held-out data the residuals' r.m.s. is {held_out.after:.3g} of the signals', "
+            f"with the scene as it was {held_out.before:.3g}"
         )
-        if not findings.outside.better:
+        if not held_out.better:
             verdict = NO_BETTER
-    if findings.at_bound:
+    if at_bound:
         verdict = BOUND
-    for one in findings.whiteness:
+    for one in result.whiteness:
         reasons += _noise_words(one)
-    if not all(result.white for result in findings.whiteness):
-        off = [misfit for misfit in findings.misfits if misfit.off]
-        verdict = OFF if off or findings.at_bound else MISSING
+    if not all(result.white for result in result.whiteness):
+        off = [misfit for misfit in misfits if misfit.off]
+        verdict = OFF if off or at_bound else MISSING
         reasons += [
             f"{misfit.recording}: residuals are {misfit.above_noise:.3g} times the noise, "
             f"{100 * misfit.share:.3g} % of the signals"
             for misfit in off
         ]
-        reasons += _effect_words(findings.tried, findings.fit)
+        reasons += _effect_words(result.tried, fit)
         reasons += [
             f"{change.recording}: its beginning, fitted alone, fits until {change.time:.3g} s "
             "and not afterwards: did something change or break then, or does the scene lack an "
             "effect that acts only then?"
-            for change in findings.changes
+            for change in changes
         ]
         reasons.append("intervals include random errors only, not the model's error")
     reasons += [
         f"{misfit.recording}: its signals are {misfit.factor:.3g} times the fitted ones all along: "
         "are their unit and the sensor's gain right? (--free gain)"
-        for misfit in findings.misfits
+        for misfit in misfits
         # A change during a recording distorts the scale of other recordings.
-        if misfit.factor != 1.0 and not findings.changes
+        if misfit.factor != 1.0 and not changes
     ]
     reasons += [
         f"{name} is at its bound: are the signals' unit and the sensor's gain right? if so, look "
         "further (--bounds), or at what the scene lacks"
-        for name in findings.at_bound
+        for name in at_bound
     ]
-    if findings.interrupted:
-        verdict = INTERRUPTED
-        reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
     return verdict, reasons
 
 

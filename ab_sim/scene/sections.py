@@ -174,8 +174,9 @@ class Balls(Section):
     @property
     def total_mass(self) -> float:
         """Return the mass of all balls [kg]."""
-        # A single rounding: for equal balls the result is exactly count * mass.
-        return math.fsum(self.masses)
+        if self.mass is None or isinstance(self.mass, tuple):
+            return math.fsum(self.masses)
+        return self.count * self.mass  # rounded once, like the sum of different masses
 
     def _each(self, value: float | tuple[float, ...] | None) -> tuple[float, ...]:
         if isinstance(value, tuple):

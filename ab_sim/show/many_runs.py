@@ -284,7 +284,7 @@ BEFORE_DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 def drawn_tuning(tuning: Tuning) -> ResultFigure:
     """Return the figure of a tuning without writing it."""
-    keys, aim = tuning.keys, tuning.task.standard.aim.metric
+    keys, aim = tuning.keys, tuning.task.aim.metric
     columns = min(3, len(keys))
     rows = math.ceil(len(keys) / columns)
     figure = ResultFigure(figsize=(1.2 + 4.2 * columns, 1.4 + 3.2 * rows), layout="constrained")
@@ -302,10 +302,10 @@ def drawn_tuning(tuning: Tuning) -> ResultFigure:
         panels[0].set_yscale("log")
     for axes in panels[len(keys) :]:
         axes.set_axis_off()
-    standard = tuning.task.standard
-    bounds = "".join(f", {bound}" for bound in standard.bounds)
-    of = f", of {100 * standard.share:g} % of drives" if tuning.task.spreading.draws > 1 else ""
-    figure.suptitle(f"{tuning.runs.scene.name}: {standard.aim}{bounds}{of}", fontsize=11)
+    task = tuning.task
+    bounds = "".join(f", {bound}" for bound in task.bounds)
+    of = f", of {100 * task.share:g} % of drives" if task.draws > 1 else ""
+    figure.suptitle(f"{tuning.runs.scene.name}: {task.aim}{bounds}{of}", fontsize=11)
     figure.legend(
         handles=_tuning_legend(tuning),
         loc="outside lower center",
@@ -329,7 +329,7 @@ def _left_out(tuning: Tuning) -> np.ndarray:
     """Return the objective at the end of the run for unsettled candidates; NaN for all others."""
     ends = np.full(len(tuning.candidates), np.nan)
     if tuning.left_out:
-        aim = tuning.task.standard.aim.metric
+        aim = tuning.task.aim.metric
         chosen = np.isin(tuning.runs[OUTCOME].astype(str), list(tuning.left_out))
         ends[chosen] = tuning.runs.shown(aim)[chosen]
     return ends
@@ -337,7 +337,7 @@ def _left_out(tuning: Tuning) -> np.ndarray:
 
 def _not_balanced(tuning: Tuning) -> np.ndarray:
     """Return a mask of settled candidates that do not balance, all False for random drives."""
-    if tuning.task.spreading.draws > 1:
+    if tuning.task.draws > 1:
         return np.zeros(len(tuning.candidates), bool)
     return np.asarray(tuning.runs[OUTCOME].astype(str) == Verdict.NOT_BALANCED.value)
 
@@ -345,7 +345,7 @@ def _not_balanced(tuning: Tuning) -> np.ndarray:
 def _tuning_panel(
     tuning: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.ndarray
 ) -> None:
-    range_, aim = tuning.task.ranges[place], tuning.task.standard.aim.metric
+    range_, aim = tuning.task.ranges[place], tuning.task.aim.metric
     wide, tall = tuning.runs.factor(range_.key), tuning.runs.factor(aim)
     across, within = tuning.candidates[:, place] * wide, tuning.scores.within
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))

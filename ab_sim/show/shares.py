@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ab_sim.design.intervals import ShareBalanced
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread, share_text
+from ab_sim.design.statistics import ShareBalanced
 from ab_sim.show.many_runs import is_wide
 from ab_sim.show.saved import ResultFigure
 

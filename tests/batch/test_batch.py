@@ -9,7 +9,7 @@ import pytest
 
 from ab_sim.base.errors import DivergedError, InputError, SceneError
 from ab_sim.design.batch import simulate_batch
-from ab_sim.design.batch.variations import varied
+from ab_sim.design.batch.simulate import varied
 from ab_sim.drive import Drive
 from ab_sim.model.equations.motion import DeckMotion
 from ab_sim.scene import Scene, load, registry

@@ -15,7 +15,7 @@ from ab_sim.design.batch import Batch, judging, run_columns, simulate_batch
 from ab_sim.design.batch.lane_group import LaneStarts
 from ab_sim.design.batch.prepared_run import PreparedRun
 from ab_sim.design.batch.run_columns import columns_of
-from ab_sim.design.batch.variations import varied, varied_scene
+from ab_sim.design.batch.simulate import varied, varied_scene
 from ab_sim.drive import Drive
 from ab_sim.scene import Scene, load_scene
 
@@ -85,8 +85,8 @@ def test_runs_in_columns_are_their_drives_to_the_bit(scene: Any, given: str) -> 
         columns["rotor.eccentric_mass"] = 0.05 + 0.01 * SPREAD
         columns["start.ball_angles"] = ANGLES
     base = short(scene, rotor=rotor, start={"ball_angles": [0.3, -4.0]})
-    split = columns_of(PreparedRun(base), columns)
-    assert split is not None and split.rows.tolist() == list(range(19))
+    by_column = columns_of(base, columns)
+    assert by_column is not None and by_column.valid.tolist() == list(range(19))
     batch = assert_judged_like_drives(base, rows(columns))
     assert batch.in_lanes == 19 and batch.runs == ()
     same = simulate_batch(base, columns, metrics=KEYS)
@@ -103,19 +103,19 @@ def test_what_columns_prepare_is_what_scenes_give(scene: Any, balls: int) -> Non
     base = short(scene, balls={"count": balls, "mass": masses}, start={"speed": 3.0})
     if balls:
         columns["start.ball_angles"] = np.outer(SPREAD, 7.0 * np.arange(balls) - 3.0)
-    split = columns_of(PreparedRun(base), columns)
-    assert split is not None and len(split.rows) == 19
+    by_column = columns_of(base, columns)
+    assert by_column is not None and len(by_column.valid) == 19
     scenes = varied(base, rows(columns))
     prepared = [PreparedRun(each) for each in scenes]
     for ours, theirs in (
-        (split.columns.starts(split.rows), LaneStarts.of(prepared)),
-        (split.columns.judged(split.rows).numbers, RunNumbers.of(scenes)),
+        (by_column.starts(by_column.valid), LaneStarts.of(prepared)),
+        (by_column.judged(by_column.valid).numbers, RunNumbers.of(scenes)),
     ):
         for name in ours._fields:
             np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), name)
-    assert {run.group_key for run in prepared} == {split.columns.first.group_key}
-    assert {run.step_plan_key for run in prepared} == {split.columns.first.step_plan_key}
-    assert list(split.columns.judged(split.rows).scenes) == scenes
+    assert {run.group_key for run in prepared} == {by_column.first.group_key}
+    assert {run.step_plan_key for run in prepared} == {by_column.first.step_plan_key}
+    assert list(by_column.judged(by_column.valid).scenes) == scenes
 
 
 def test_runs_in_columns_take_no_scenes_for_metrics_that_ask_for_none(
@@ -206,8 +206,8 @@ def test_a_run_that_diverges_has_no_metrics_and_leaves_the_others_alone(scene: A
         "rotor.eccentricity": [1e-4, 0.9, 2e-4, 0.9],
         "effects.viscous_drag.coefficient": [1.0, 0.0, 1.0, 0.0],
     }
-    split = columns_of(PreparedRun(base), columns)
-    assert split is not None and len(split.rows) == 4
+    by_column = columns_of(base, columns)
+    assert by_column is not None and len(by_column.valid) == 4
     batch = simulate_batch(base, columns, metrics=["final_whirl_over_e", "settled"])
     kept = simulate_batch(base, columns, metrics=["final_whirl_over_e"], samples=True)
     assert [bool(failure) for failure in batch.failures] == [False, True, False, True]

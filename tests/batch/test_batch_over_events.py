@@ -12,7 +12,7 @@ from ab_sim.base.errors import DivergedError
 from ab_sim.design.batch import simulate_batch
 from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.design.batch.prepared_run import PreparedRun
-from ab_sim.design.batch.variations import varied
+from ab_sim.design.batch.simulate import varied
 from ab_sim.drive import Drive
 from ab_sim.engine.stepping.side_by_side import LaneSamples
 from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED, TURNS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ab_sim.design.batch.sample_buffer import SampleBuffer
+from ab_sim.design.batch.run_prepared import SampleBuffer
 
 
 def test_no_two_runs_share_room_and_neighbours_share_a_block() -> None:

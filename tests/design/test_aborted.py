@@ -8,9 +8,8 @@ import pytest
 import ab_sim
 from ab_sim.analysis import run_scene
 from ab_sim.design.judged import ABORTED
-from ab_sim.design.points import points_of
+from ab_sim.design.points import points_of, variable_of
 from ab_sim.design.sweep import run_sweep
-from ab_sim.design.variables import variable_of
 
 WHY = "a reading beyond the limit"
 METRIC = "final_whirl_over_e"

@@ -209,7 +209,7 @@ def test_it_does_not_depend_on_how_the_work_is_shared(
     scene = ab_sim.load_scene("balanced-start-up", ["duration=0.3"])
     tolerances = [tolerance_of(text) for text in SPREAD]
     found: list[Spread] = []
-    for chunk, executors in ((1e9, None), (1e-9, lambda: Workers(2))):
+    for chunk, executor in ((1e9, None), (1e-9, Workers(2))):
         monkeypatch.setattr(work, "ENOUGH", 1e-9)
         monkeypatch.setattr(work, "CHUNK_SECONDS", chunk)
         monkeypatch.setattr("ab_sim.base.workers.TRIAL", 0.0)
@@ -217,7 +217,7 @@ def test_it_does_not_depend_on_how_the_work_is_shared(
         for file in folder.glob("*/*"):
             file.unlink()
         asked = SpreadQuestion(64, pairs=8, criterion=SMALL)
-        found.append(run_spread(scene, tolerances, asked, executors))
+        found.append(run_spread(scene, tolerances, asked, executor))
     one, other = found
     assert one.runs.table.equals(other.runs.table, check_metadata=True)
     assert one.report() == other.report()

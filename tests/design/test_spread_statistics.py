@@ -8,13 +8,14 @@ import pytest
 from scipy import stats
 
 from ab_sim.base.errors import InputError
-from ab_sim.design.intervals import (
+from ab_sim.design.statistics import (
+    SobolIndex,
     paired_difference,
     paired_shares,
     quantile_of,
     share_of,
+    sobol_of,
 )
-from ab_sim.design.sensitivity import SobolIndex, sobol_of
 
 REPEATS = 400
 OFTEN = (0.93, 0.97)

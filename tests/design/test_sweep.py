@@ -16,9 +16,8 @@ from ab_sim.base.workers import Workers
 from ab_sim.design import judged, work
 from ab_sim.design.batch import judging
 from ab_sim.design.judged import FAILED
-from ab_sim.design.points import points_of
+from ab_sim.design.points import points_of, variable_of
 from ab_sim.design.sweep import Sweep, open_sweep, run_sweep
-from ab_sim.design.variables import variable_of
 from ab_sim.drive.drive import Drive
 
 METRICS = ("final_whirl_over_e", "peak_whirl_over_e", "settled", "peak_tilt", "in_band_from")

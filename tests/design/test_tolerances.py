@@ -6,8 +6,18 @@ import numpy as np
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.design.distributions import Discrete, LogNormal, Normal, Uniform
-from ab_sim.design.tolerances import FACTOR, OFFSET, RANDOM, VALUE, Tolerance, tolerance_of
+from ab_sim.design.tolerances import (
+    FACTOR,
+    OFFSET,
+    RANDOM,
+    VALUE,
+    Discrete,
+    LogNormal,
+    Normal,
+    Tolerance,
+    Uniform,
+    tolerance_of,
+)
 
 INF = math.inf
 

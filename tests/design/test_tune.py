@@ -11,12 +11,10 @@ import ab_sim
 from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.base.errors import InputError, Interrupted, SceneError
 from ab_sim.design.bounds import bound_of
-from ab_sim.design.candidates import Spreading
 from ab_sim.design.judged import FAILED, has_settled
-from ab_sim.design.scores import Aim, Standard, best_of, scored
-from ab_sim.design.search import Effort, search
-from ab_sim.design.tune import NO_PERIOD, Task, Tuning, aim_of, run_tuning
-from ab_sim.design.variables import Range, variable_of
+from ab_sim.design.points import Range, variable_of
+from ab_sim.design.search import Aim, Task, best_of, scored, search
+from ab_sim.design.tune import NO_PERIOD, Tuning, aim_of, run_tuning
 
 
 def tuned(
@@ -24,18 +22,10 @@ def tuned(
     runs: int = 150, largest: bool = False,
 ) -> Tuning:  # fmt: skip
     ranges = [variable_of(text) for text in vary]
-    standard = Standard(
-        aim_of(None, aim) if largest else aim_of(aim, None),
-        tuple(bound_of(each) for each in bounds),
-    )
     chosen = tuple(each for each in ranges if isinstance(each, Range))
-    return run_tuning(task_of(ab_sim.load_scene(scene, changes), chosen, standard, Effort(runs, 0)))
-
-
-def task_of(
-    scene: ab_sim.Scene, ranges: tuple[Range, ...], standard: Standard, effort: Effort
-) -> Task:
-    return Task(scene, ranges, standard, effort, Spreading((), 1, 0))
+    wanted = aim_of(None, aim) if largest else aim_of(aim, None)
+    bounds_ = tuple(bound_of(each) for each in bounds)
+    return run_tuning(Task(ab_sim.load_scene(scene, changes), chosen, wanted, bounds_, runs))
 
 
 DRAG = "effects.viscous_drag.coefficient=log:0.1..2"
@@ -102,7 +92,7 @@ def test_a_search_finds_the_least_of_a_function() -> None:
         x, n = values.T
         return np.asarray((x - 1.2345) ** 2 + (n - 7.0) ** 2 + np.sin(5.0 * x) ** 2 * 0.01)
 
-    search(ranges, costs, Effort(600, 1))
+    search(ranges, costs, 600, 1)
     tried = np.vstack(seen)
     best = tried[np.argmin(costs(tried))]
     exact = np.linspace(1.0, 1.5, 500001)
@@ -115,8 +105,7 @@ def test_whole_numbers_stay_whole_and_the_same_seed_gives_the_same() -> None:
     def once(seed: int) -> Tuning:
         scene = ab_sim.load_scene("thesis-hold", ["duration=0.3", "start.ball_angles="])
         ranges = (Range("balls.count", 1, 4, whole=True), Range("balls.mass", 1e-3, 2e-3))
-        standard = Standard(aim_of("peak_whirl_over_e", None), ())
-        return run_tuning(task_of(scene, ranges, standard, Effort(40, seed)))
+        return run_tuning(Task(scene, ranges, aim_of("peak_whirl_over_e", None), (), 40, seed))
 
     first, again, other = once(0), once(0), once(1)
     assert first.runs.table.equals(again.runs.table)
@@ -154,8 +143,8 @@ def test_interrupted_it_goes_on(folder: Path) -> None:
             raise Interrupted("stopped")
 
     scene = ab_sim.load_scene("thesis-hold", ["duration=0.3"])
-    standard = Standard(aim_of("peak_whirl_over_e", None), ())
-    task = task_of(scene, (Range("balls.mass", 1e-3, 2e-3),), standard, Effort(80, 0))
+    ranges = (Range("balls.mass", 1e-3, 2e-3),)
+    task = Task(scene, ranges, aim_of("peak_whirl_over_e", None), (), 80)
     with pytest.raises(Interrupted):
         run_tuning(task, tell=stop)
     kept = [pyarrow.parquet.read_table(file)["run"] for file in folder.glob("*/*.parquet")]
@@ -211,13 +200,14 @@ def test_scores_of_spread_drives_are_what_a_share_of_them_reaches() -> None:
         "outcome": [Verdict.BALANCED.value] * 10 + [Verdict.CHANGING.value, FAILED],
     })  # fmt: skip
     aim, bounds = aim_of("peak_whirl_over_e", None), (bound_of("final_whirl_over_e<0.2"),)
-    most = scored(table, Standard(aim, bounds, 4, 0.75))
+    task = Task(ab_sim.load_scene("thesis-hold"), (), aim, bounds, 3, draws=4)
+    most = scored(table, task._replace(share=0.75))
     assert most.aims.tolist()[:2] == [3.0, 2.0] and math.isnan(most.aims[2])
     assert most.within.tolist() == [True, True, False] and best_of(most) == 1
-    every = scored(table, Standard(aim, bounds, 4, 1.0))
+    every = scored(table, task)
     assert every.within.tolist() == [True, False, False] and best_of(every) == 0
     assert every.costs[0] < every.costs[1] < every.costs[2]
-    half = scored(table, Standard(Aim("peak_whirl_over_e", False), bounds, 4, 0.5))
+    half = scored(table, task._replace(aim=Aim("peak_whirl_over_e", False), share=0.5))
     assert half.aims.tolist() == [3.0, 2.0, 1.0] and best_of(half) == 0
 
 

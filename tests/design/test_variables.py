@@ -6,8 +6,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ab_sim.base.errors import InputError
-from ab_sim.design.points import DesignPoints, GridPoints, points_of
-from ab_sim.design.variables import ListedValues, Range, range_, spaced, values, variable_of
+from ab_sim.design.points import (
+    DesignPoints,
+    GridPoints,
+    ListedValues,
+    Range,
+    points_of,
+    range_,
+    spaced,
+    values,
+    variable_of,
+)
 
 MASS, DRAG = "balls.mass", "effects.viscous_drag.coefficient"
 

@@ -173,8 +173,8 @@ def problem_of(
     true = problem.start
     own = {name: value for _, known in made for name, value in known.items()}
     for j, each in enumerate(problem.parameters):
-        if each.place is not None and each.recording is None:
-            true[j] = each.place.number({}, scene)
+        if each.key is not None and each.recording is None:
+            true[j] = value_of(scene, each.key)
         else:
             true[j] = own.get(each.name, true[j])
     return problem, true

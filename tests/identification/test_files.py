@@ -13,8 +13,8 @@ from ab_sim.analysis.comparison import without_balls
 from ab_sim.base.errors import InputError
 from ab_sim.cli.app import app
 from ab_sim.design.draws import DrawnPoints
-from ab_sim.design.fitted_spread import fitted_tolerances
-from ab_sim.identification.inputs import measured_of
+from ab_sim.design.tolerances import fitted_tolerances
+from ab_sim.identification.files import measured_of
 from ab_sim.identification.mapping import mapping_of, read_mapping_file
 from ab_sim.identification.measured import NUISANCES
 from ab_sim.identification.tables import read_table

@@ -10,8 +10,15 @@ import pytest
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.base.errors import Interrupted
-from ab_sim.identification.result import FITS, INTERRUPTED, MISSING, NO_BETTER, OFF, OPEN
-from ab_sim.results import Identification
+from ab_sim.identification.result import (
+    FITS,
+    INTERRUPTED,
+    MISSING,
+    NO_BETTER,
+    OFF,
+    OPEN,
+    Identification,
+)
 from tests.identification import drives
 
 TRUE = {

@@ -14,11 +14,16 @@ import pytest
 from ab_msgs_py import ImuSample, JointSample, WhirlSample
 from ab_msgs_py.topics import IMU, JOINT_STATES, PROBE
 from ab_sim.base.errors import InputError
-from ab_sim.identification.checks import check_signal, check_time
-from ab_sim.identification.inputs import measured_of
-from ab_sim.identification.keyphasor import angle_from_pulses
+from ab_sim.identification.checks import (
+    check_held,
+    check_held_signal,
+    check_signal,
+    check_time,
+    spikes_in,
+)
+from ab_sim.identification.files import measured_of
 from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
-from ab_sim.identification.sampling_checks import check_held, check_held_signal, spikes_in
+from ab_sim.identification.spindle import angle_from_pulses
 from ab_sim.identification.tables import read_table
 from ab_sim.record.bags.contract import encoded
 from tests.bags.made import bag_of

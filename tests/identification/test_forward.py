@@ -10,7 +10,7 @@ import pytest
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.identification.colour import whitened, whitening_of
-from ab_sim.identification.forward import KeyPlace, RecordedDrive
+from ab_sim.identification.forward import RecordedDrive
 from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, Measured
 from ab_sim.identification.residuals import whiteness_of
 from ab_sim.model.spindle import SpeedSchedule
@@ -54,14 +54,9 @@ def test_differences_across_events_agree_with_sensitivities(stepper: str, near: 
     drive = changed_scene(STICKS, {"solver": {"stepper": stepper, "step": 0.001}}, "test")
     own = RecordedDrive(drive, measured(drive))
     assert own.side_by_side
-    places = [
-        KeyPlace("effects.rolling_friction.arm"),
-        KeyPlace("balls.mass"),
-        KeyPlace("start.ball_angles", (1,)),
-    ]
-    moves, values = [3e-12, 5e-10, 1e-6], {"start.ball_angles": [0.7, -2.0]}
-    found = own.signals(values, places, moves)
     keys = ["effects.rolling_friction.arm", "balls.mass", "start.ball_angles.1"]
+    moves, values = [3e-12, 5e-10, 1e-6], {"start.ball_angles.0": 0.7, "start.ball_angles.1": -2.0}
+    found = own.signals(values, keys, moves)
     by_rk8 = changed_scene(drive, {"solver.stepper": "rk8"}, "test")
     other = ab_sim.sensitivities(by_rk8, keys, channels=("x", "y")).derivatives[:, :, 2::2]
     assert found is not None

@@ -10,6 +10,7 @@ from ab_sim.identification.intervals import CURVATURE, HELD, PROFILE, intervals_
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
+from ab_sim.scene.load import changed_scene
 from ab_sim.show.identification import QUANTILE
 from tests.identification import drives
 
@@ -114,10 +115,8 @@ def test_what_is_held_has_an_infinite_interval() -> None:
 def test_a_ball_s_own_mass_is_a_parameter() -> None:
     scene = drives.scene({"balls.mass": [5e-4, 6e-4]})
     (parameter,) = fitted_parameters(scene, ["balls.mass.1"], {})
-    assert parameter.start == 6e-4 and parameter.place is not None
-    values: dict[str, object] = {"balls.mass": [5e-4, 6e-4]}
-    parameter.place.put(values, 7e-4, scene)
-    assert values["balls.mass"] == [5e-4, 7e-4]
+    assert parameter.start == 6e-4 and parameter.key == "balls.mass.1"
+    assert changed_scene(scene, {parameter.key: 7e-4}, "test").balls.masses == (5e-4, 7e-4)
 
 
 def test_no_interval_goes_below_what_the_scene_takes() -> None:

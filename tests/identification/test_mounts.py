@@ -94,10 +94,9 @@ def test_one_of_three_stiffnesses_is_a_parameter() -> None:
     own[1]["stiffness"] = [1000.0, 1000.0, 2000.0]
     (found,) = fitted_parameters(deck(own), ["mounts.1.stiffness.2"], {})
     assert (found.start, found.unit, found.least) == (2000.0, "N/m", 0.0)
-    values: dict[str, Any] = {}
-    assert found.place is not None
-    found.place.put(values, 1500.0, deck(own))
-    assert values["mounts"][1]["stiffness"] == [1000.0, 1000.0, 1500.0]
+    assert found.key == "mounts.1.stiffness.2"
+    moved = changed_scene(deck(own), {found.key: 1500.0}, "test")
+    assert moved.mounts[1].stiffness == (1000.0, 1000.0, 1500.0)
 
 
 def test_a_deck_in_the_plane_has_no_mounts() -> None:

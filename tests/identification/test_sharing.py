@@ -5,9 +5,8 @@ import pytest
 import ab_sim
 from ab_sim.base import workers
 from ab_sim.base.errors import Interrupted
-from ab_sim.identification.result import INTERRUPTED
+from ab_sim.identification.result import INTERRUPTED, Identification
 from ab_sim.identification.run import Question, run_identification
-from ab_sim.results import Identification
 from tests.identification import drives
 
 MASS = "balls.mass"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ab_sim
-from ab_sim.identification.speed_profile import schedule_from
+from ab_sim.identification.spindle import schedule_from
 from ab_sim.model.spindle import SpeedSchedule
 from tests.identification import drives
 

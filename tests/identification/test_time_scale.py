@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ab_sim.identification.inputs import measured_of
+from ab_sim.identification.files import measured_of
 from ab_sim.identification.mapping import mapping_of
 from ab_sim.identification.measured import Measured
+from ab_sim.identification.missing import scaled
 from ab_sim.identification.parameters import own_parameters
 from ab_sim.identification.run import Question, run_identification
-from ab_sim.identification.time_scale import scaled
 from tests.identification import drives
 
 KEYS = ("effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity")

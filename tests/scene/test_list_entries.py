@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import ab_sim
-from ab_sim.design.derivatives.keys import real_key
+from ab_sim.design.differences import real_key
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.scene.keys import scene_keys

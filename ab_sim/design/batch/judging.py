@@ -1,7 +1,7 @@
 """Evaluation of runs as they are computed: samples stay in memory until metrics are known."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ab_sim.analysis.metrics.metric import metrics_named
 from ab_sim.analysis.metrics.of_run import metrics_of_runs
 from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.design.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
-from ab_sim.design.batch.run_columns import Split
+from ab_sim.design.batch.run_columns import RunColumns
 from ab_sim.design.batch.run_prepared import DoneRuns, run_prepared
 from ab_sim.drive.trajectory import column_of, whirl_of
 from ab_sim.engine.stepping.side_by_side import LANES, LaneSamples
@@ -32,9 +32,9 @@ class JudgedPart(NamedTuple):
     """Indices of the runs."""
     metrics: dict[str, list[Any]]
     """Metrics by key as in reports; None for failed runs."""
-    failures: list[str]
+    failures: Sequence[str]
     """Reason of each run's early end; empty if complete."""
-    aborts: list[str]
+    aborts: Sequence[str]
     """Reason of each run's abort to standstill; empty if not aborted."""
     in_lanes: bool
     """True if the runs were computed in lanes."""
@@ -42,24 +42,8 @@ class JudgedPart(NamedTuple):
     """CPU time of the steps [s]."""
 
 
-class LaneSource(Protocol):
-    """Runs of one group, computed side by side; ``rows`` selects some of them."""
-
-    first: PreparedRun
-    """Any run of the group."""
-
-    def starts(self, rows: np.ndarray) -> LaneStarts:
-        """Return the start data of runs."""
-
-    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
-        """Return the step plan keys of up to eight runs, or one key common to all."""
-
-    def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """Return the data of runs that metrics need."""
-
-
 class _PreparedGroup:
-    """Prepared runs of one group."""
+    """Prepared runs of one group; the methods are those of ``RunColumns``."""
 
     def __init__(self, runs: Sequence[PreparedRun]) -> None:
         self.first, self._runs = runs[0], runs
@@ -75,29 +59,32 @@ class _PreparedGroup:
 
 
 def judged_parts(
-    split: Split | None, prepared: Mapping[int, PreparedRun], keys: Sequence[str]
+    columns: RunColumns | None, prepared: Mapping[int, PreparedRun], keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
     """Run the simulations, and yield their metrics in parts.
 
     Args:
-        split: runs whose values are stored by column; None if there are none.
+        columns: runs whose values are stored by column; None if there are none.
         prepared: all other runs, by number.
         keys: keys of the metrics.
     """
-    if split is not None:
-        yield from _in_lanes(split.columns, split.rows, split.rows, keys)
+    if columns is not None:
+        yield from _in_lanes(columns, columns.valid, columns.valid, keys)
     numbers = list(prepared)
     for members in grouped(list(prepared.values())).values():
         runs = np.array([numbers[i] for i in members])
         group = [prepared[run] for run in runs.tolist()]
         if group[0].fits_lane and not group[0].scene.pickups:
             yield from _in_lanes(_PreparedGroup(group), np.arange(len(group)), runs, keys)
-        else:
-            yield from _one_by_one(group, runs, keys)
+            continue
+        for chosen, done, metrics in _with_metrics(group, keys):
+            failures, aborts = zip(*((run.failure, run.aborted) for run in done.runs), strict=True)
+            in_lanes, seconds = done.in_lanes > 0, done.integration_seconds
+            yield JudgedPart(runs[chosen], metrics, failures, aborts, in_lanes, seconds)
 
 
 def _in_lanes(
-    source: LaneSource, rows: np.ndarray, numbers: np.ndarray, keys: Sequence[str]
+    source: RunColumns | _PreparedGroup, rows: np.ndarray, numbers: np.ndarray, keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
     """Compute the runs of a group side by side.
 
@@ -164,18 +151,16 @@ class _Room:
         return self._samples[which], None if self._whirl is None else self._whirl[which]
 
 
-def _one_by_one(
-    group: Sequence[PreparedRun], numbers: np.ndarray, keys: Sequence[str]
-) -> Iterator[JudgedPart]:
-    """Compute the runs of a group without lanes, or with sensors."""
-    most = _at_once(group[0])
-    for begin in range(0, len(group), most):
-        done = run_prepared(group[begin : begin + most], every=1)
-        metrics = _of_runs(done.runs, keys)
-        failures, lanes = [run.failure for run in done.runs], done.in_lanes > 0
-        aborts = [run.aborted for run in done.runs]
-        part = numbers[begin : begin + most]
-        yield JudgedPart(part, metrics, failures, aborts, lanes, done.integration_seconds)
+def _with_metrics(
+    prepared: Sequence[PreparedRun], keys: Sequence[str]
+) -> Iterator[tuple[list[int], DoneRuns, dict[str, list[Any]]]]:
+    """Yield the indices of some runs of one group, the runs with every step, and their metrics."""
+    for members in grouped(prepared).values():
+        most = _at_once(prepared[members[0]])
+        for begin in range(0, len(members), most):
+            chosen = members[begin : begin + most]
+            done = run_prepared([prepared[i] for i in chosen], every=1)
+            yield chosen, done, _of_runs(done.runs, keys)
 
 
 def run_and_judge(
@@ -196,21 +181,16 @@ def run_and_judge(
     runs: list[Any] = [None] * len(prepared)
     metrics: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
     seconds, done, in_lanes = 0.0, 0, 0
-    for members in grouped(prepared).values():
-        most = _at_once(prepared[members[0]])
-        for begin in range(0, len(members), most):
-            chosen = members[begin : begin + most]
-            part = run_prepared([prepared[i] for i in chosen], every=1)
-            values = _of_runs(part.runs, keys)
-            for at, i in enumerate(chosen):
-                run = part.runs[at]
-                runs[i] = run._replace(trajectory=run.trajectory.decimated(every))
-                for key in keys:
-                    metrics[key][i] = values[key][at]
-            seconds, done = seconds + part.integration_seconds, done + len(chosen)
-            in_lanes += part.in_lanes
-            if progress is not None:
-                progress(done, len(prepared))
+    for chosen, part, values in _with_metrics(prepared, keys):
+        for at, i in enumerate(chosen):
+            run = part.runs[at]
+            runs[i] = run._replace(trajectory=run.trajectory.decimated(every))
+            for key in keys:
+                metrics[key][i] = values[key][at]
+        seconds, done = seconds + part.integration_seconds, done + len(chosen)
+        in_lanes += part.in_lanes
+        if progress is not None:
+            progress(done, len(prepared))
     return DoneRuns(tuple(runs), in_lanes, seconds), metrics
 
 

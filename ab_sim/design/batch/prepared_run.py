@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.design.batch.sample_buffer import SampleBuffer
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.trajectory import Trajectory
@@ -159,17 +158,3 @@ def grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
 def steps_of(scene: Scene) -> int:
     """Return the number of steps of a scene's run."""
     return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
-
-
-def sample_buffer_for(members: Sequence[PreparedRun], every: int) -> SampleBuffer:
-    """Return memory for the samples that the kernel writes for a group of runs."""
-    first = members[0]
-    # If samples are decimated afterwards, each run has its own memory, released after decimation.
-    runs = len(members) if kernel_stride(first.scene, every) == every else 0
-    samples = first.steps // kernel_stride(first.scene, every)
-    return SampleBuffer(runs, (samples, len(first.channels)))
-
-
-def kernel_stride(scene: Scene, every: int) -> int:
-    """Return the stride of the kernel's samples; 1 with sensors, whose filters need every step."""
-    return 1 if scene.pickups else every

@@ -8,11 +8,11 @@ All other runs are checked by their scene one by one, which reports errors.
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, overload
+from typing import Any, overload
 
 import numpy as np
 
-from ab_sim.analysis.metrics.judging import JudgedRuns, RunNumbers, limits_of
+from ab_sim.analysis.metrics.judging import JudgedRuns, RunNumbers
 from ab_sim.base.errors import SceneError
 from ab_sim.design.batch.lane_group import LaneStarts
 from ab_sim.design.batch.prepared_run import PreparedRun, StepPlanKey
@@ -26,7 +26,7 @@ from ab_sim.model.dynamics.deck_models.planar import poles_of
 from ab_sim.model.dynamics.layout import layout_of
 from ab_sim.model.dynamics.system import FORMULA_COLUMNS, TURNS, has_contact, has_gravity, has_motor
 from ab_sim.model.equations.motion import Ball
-from ab_sim.model.equations.neighbours import reduced, start_angles
+from ab_sim.model.equations.neighbours import reduced
 from ab_sim.model.equations.planar import Planar
 from ab_sim.model.equations.sums import over_effects
 from ab_sim.model.spindle import Ramp
@@ -46,39 +46,23 @@ _CHECKED_AT_ONCE = 2048
 """Number of runs per block; each needs some hundred numbers temporarily."""
 
 
-class _Bodies(NamedTuple):
-    """Numbers of scenes, each a float or a column."""
-
-    eccentricity: Any
-    """Eccentricity [m]."""
-    ball_mass: Any
-    """Ball mass [kg]; None if balls have different masses."""
-    total_mass: Any
-    """Total mass [kg]."""
-    balls_mass: Any
-    """Mass of all balls [kg]."""
-    eccentric_mass: Any
-    """Eccentric mass [kg]."""
-    race_radius: Any
-    """Race radius [m]."""
-    effects: tuple[Any, ...]
-
-
 class RunColumns:
     """Runs of a scene with other values at some keys; see ``columns_of``.
 
     Args:
         base: prepared run of the scene without variations.
         values: column per key, shape (runs,), or (runs, entries) for lists.
-        bodies: numbers of the scenes.
+        valid: indices of the runs that can be computed in columns, rising.
     """
 
     def __init__(
-        self, base: PreparedRun, values: Mapping[str, np.ndarray], bodies: _Bodies
+        self,
+        base: PreparedRun,
+        values: Mapping[str, np.ndarray],
+        valid: np.ndarray,
     ) -> None:
-        self.first = base
-        """Prepared run of the same kind."""
-        self._values, self._bodies = values, bodies
+        self.first, self.valid = base, valid
+        self._values = values
         self._start = LaneStarts.of([base])
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
@@ -101,63 +85,38 @@ class RunColumns:
 
     def _constants(self, rows: np.ndarray) -> np.ndarray:
         """Return the constants as in ``numbers_of``, shape (rows, constants)."""
-        system, bodies = self.first.system, _taken(self._bodies, rows)
+        system, scene = self.first.system, _scene_of_columns(self.first.scene, self._values, rows)
+        effects = tuple(scene.effects.values())
         constants = np.tile(numbers_of(system), (len(rows), 1))
         names = [name for name, _ in flattened((system.deck_model, system.effects), "")]
-        deck = _deck(bodies, system.deck_model)
+        deck = _deck(scene, self.first)
         parts = {f".0.{name}": value for name, value in deck._asdict().items()}
-        for k, effect in enumerate(bodies.effects):
+        for k, effect in enumerate(effects):
             parts |= {f".1.{k}.{name}": value for name, value in effect._asdict().items()}
         for name, value in parts.items():
             if isinstance(value, np.ndarray):
                 constants[:, names.index(name)] = value
         n, columns = len(system.balls), constants[:, len(names) :]
-        for i in range(n):
-            row = self._ball(bodies, i)
+        balls = zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
+        for i, (mass, radius, race) in enumerate(balls):
+            ball = of_ball(Ball(mass, radius), scene.race.radius, effects)
+            row = *ball, scene.race.heights[race]
             for k, column in enumerate(FORMULA_COLUMNS):
                 columns[:, k * n + i] = row[column]
         return constants
 
-    def _ball(self, bodies: _Bodies, ball: int) -> tuple[Any, ...]:
-        scene = self.first.scene
-        mass = scene.balls.masses[ball] if bodies.ball_mass is None else bodies.ball_mass
-        ball_here = Ball(mass, scene.balls.radii[ball])
-        constants = of_ball(ball_here, bodies.race_radius, bodies.effects)
-        return *constants, scene.race.heights[scene.balls.races[ball]]
-
     def _numbers(self, rows: np.ndarray) -> RunNumbers:
-        scene, bodies = self.first.scene, _taken(self._bodies, rows)
-        unbalance = bodies.eccentric_mass * bodies.eccentricity
-        masses = scene.balls.masses
-        if bodies.ball_mass is not None:
-            masses = (bodies.ball_mass,) * len(masses)
-        moments = [mass * bodies.race_radius for mass in masses]
-        heights = [scene.race.heights[race] for race in scene.balls.races]
+        numbers = RunNumbers.of([_scene_of_columns(self.first.scene, self._values, rows)])
+        of_balls, balls = ("moments", "heights", "start_angles"), self.first.balls
 
-        def column(value: Any) -> np.ndarray:
-            return np.broadcast_to(value, len(rows))
+        def columns(name: str, value: np.ndarray) -> np.ndarray:
+            shape = (len(rows), balls) if name in of_balls else (len(rows),)
+            return np.array(np.broadcast_to(value[0].T, shape), order="C")
 
-        def of_balls(values: list[Any]) -> np.ndarray:
-            numbers = np.empty((len(rows), len(values)))
-            for ball, value in enumerate(values):
-                numbers[:, ball] = value
-            return numbers
-
-        most_unbalance, most_couple = map(column, limits_of(scene))
-        angles = of_balls(list(start_angles(scene)))
-        return RunNumbers(
-            eccentricity=column(bodies.eccentricity),
-            disc_alone=column(unbalance / bodies.total_mass),
-            unbalance=column(unbalance),
-            couple=np.zeros(len(rows), complex),
-            moments=of_balls(moments),
-            heights=of_balls(heights),
-            turning=column(bodies.eccentric_mass + bodies.balls_mass),
-            start_speed=column(scene.start.speed),
-            start_angles=self._values[_ANGLES][rows] if _ANGLES in self._values else angles,
-            most_unbalance=most_unbalance,
-            most_couple=most_couple,
-        )
+        of_runs = {name: columns(name, value) for name, value in numbers._asdict().items()}
+        if _ANGLES in self._values:
+            of_runs["start_angles"] = self._values[_ANGLES][rows]
+        return RunNumbers(**of_runs)
 
 
 class _LazyScenes(Sequence[Scene]):
@@ -183,25 +142,7 @@ class _LazyScenes(Sequence[Scene]):
         return changed_scene(self._base, changes, f"variation {rows}")
 
 
-class Split(NamedTuple):
-    """Runs of which some are computed in columns."""
-
-    columns: RunColumns
-    """All runs; only those in ``rows`` are valid."""
-    rows: np.ndarray
-    """Indices of the valid runs, rising."""
-
-
-def split_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> Split | None:
-    """Apply ``columns_of`` to a scene that may be invalid without its variations."""
-    try:
-        base = PreparedRun(scene)
-    except SceneError:
-        return None
-    return columns_of(base, values)
-
-
-def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split | None:
+def columns_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> RunColumns | None:
     """Return the runs of a scene with varied values that can be computed in columns.
 
     They need a planar deck without contact and motor, and effects without checks of the whole
@@ -209,27 +150,30 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
     radius, and masses and eccentricity of the rotor.
 
     Args:
-        base: prepared run of the scene without variations.
+        scene: scene, which may be invalid without its variations.
         values: values of all runs by dotted key [SI].
 
     Returns:
         The runs; None if no run can be computed in columns.
     """
+    try:
+        base = PreparedRun(scene)
+    except SceneError:
+        return None
     if not values or not _can_vary(base):
         return None
     columns_or_none = {key: _column(base.scene, key, column) for key, column in values.items()}
     if any(column is None for column in columns_or_none.values()):
         return None
     columns = {key: np.asarray(column) for key, column in columns_or_none.items()}
-    bodies = _bodies(base, columns)
     count = len(next(iter(columns.values())))
     finite = [np.isfinite(column).reshape(count, -1).all(axis=1) for column in columns.values()]
     try:
-        sure = np.all([*finite, _sure(base, bodies, count)], axis=0)
+        sure = np.all([*finite, _sure(base, columns, count)], axis=0)
     except (TypeError, ValueError):  # an effect branches on its numbers
         return None
     rows = np.flatnonzero(sure)
-    return Split(RunColumns(base, columns, bodies), rows) if len(rows) else None
+    return RunColumns(base, columns, rows) if len(rows) else None
 
 
 def _can_vary(base: PreparedRun) -> bool:
@@ -271,27 +215,21 @@ def _number(value: Any) -> float:
     return float(value) if type(value) in (float, int) and abs(value) < 1e300 else math.nan
 
 
-def _bodies(base: PreparedRun, columns: Mapping[str, np.ndarray]) -> _Bodies:
-    scene = base.scene
-    effects = tuple(
-        effect._replace(**_of_section(f"effects.{name}", columns))
+def _scene_of_columns(scene: Scene, columns: Mapping[str, np.ndarray], rows: np.ndarray) -> Scene:
+    """Return the scene with columns of some runs in place of numbers, except start angles.
+
+    It is not checked. Sums and products of its numbers give columns, too.
+    """
+    some = {key: column[rows] for key, column in columns.items()}
+    sections: dict[str, Any] = {
+        name: getattr(scene, name).model_copy(update=_of_section(name, some))
+        for name in ("rotor", "race", "balls")
+    }
+    sections["effects"] = {
+        name: effect._replace(**_of_section(f"effects.{name}", some))
         for name, effect in scene.effects.items()
-    )
-    rotor = {**dict(scene.rotor), **_of_section("rotor", columns)}
-    ball_mass = columns.get("balls.mass")
-    if ball_mass is None:
-        balls_mass: Any = scene.balls.total_mass
-    else:
-        balls_mass = scene.balls.count * ball_mass  # rounded once, as the scene's sum is
-    total_mass = rotor["total_mass"]
-    if total_mass is None:
-        total_mass = rotor["mass"] + balls_mass
-    eccentric_mass = rotor["eccentric_mass"]
-    if eccentric_mass is None:
-        eccentric_mass = total_mass - balls_mass
-    radius = columns.get("race.radius", scene.race.radius)
-    masses = total_mass, balls_mass, eccentric_mass
-    return _Bodies(rotor["eccentricity"], ball_mass, *masses, radius, effects)
+    }
+    return scene.model_copy(update=sections)
 
 
 def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -303,49 +241,55 @@ def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np
     }
 
 
-def _sure(base: PreparedRun, bodies: _Bodies, count: int) -> np.ndarray:
+def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], count: int) -> np.ndarray:
     """Return a mask of runs that are certainly valid with the scene's stepper."""
     sure = np.empty(count, bool)
     for first in range(0, count, _CHECKED_AT_ONCE):
         rows = np.arange(first, min(first + _CHECKED_AT_ONCE, count))
-        some = _taken(bodies, rows)
-        sure[rows] = _sound(base, some) & _stable(base, some)
+        scene = _scene_of_columns(base.scene, columns, rows)
+        sure[rows] = _sound(scene) & _stable(scene, base)
     return sure
 
 
-def _sound(base: PreparedRun, bodies: _Bodies) -> Any:
-    """Return whether sections of a scene agree with each other."""
-    e, rest = np.asarray(bodies.eccentricity), bodies.total_mass - bodies.balls_mass
-    ball_radius = base.scene.balls.radius
+def _sound(scene: Scene) -> Any:
+    """Return whether sections of a scene of columns agree with each other."""
+    e, rest = np.asarray(scene.rotor.eccentricity), scene.total_mass - scene.balls.total_mass
+    ball_radius = scene.balls.radius
     largest = max(ball_radius) if isinstance(ball_radius, tuple) else ball_radius
-    sound = (rest > 0.0) & (bodies.eccentric_mass <= rest)
-    return sound & ((e == 0.0) | (e >= 1e-12)) & (bodies.race_radius > (largest or 0.0))
+    sound = (rest > 0.0) & (scene.eccentric_mass <= rest)
+    return sound & ((e == 0.0) | (e >= 1e-12)) & (scene.race.radius > (largest or 0.0))
 
 
-def _stable(base: PreparedRun, bodies: _Bodies) -> Any:
+def _stable(scene: Scene, base: PreparedRun) -> Any:
     """Return whether the stepper is certainly stable, as ``choose_stepper`` requires."""
-    rest, step = bodies.total_mass - bodies.balls_mass, base.scene.solver.step
-    poles = poles_of(bodies.effects, _deck(bodies, base.system.deck_model), rest)
-    whirl = np.abs(poles).max(axis=0) + top_speed(base.scene)
-    stable = (poles.real.max(axis=0) <= 0.0) & (
-        whirl * step <= _FAR_FROM_LIMIT * _reach(base.stepper)
-    )
-    if base.stepper.solves_drag:
+    effects, step, stepper = tuple(scene.effects.values()), scene.solver.step, base.stepper
+    rest = scene.total_mass - scene.balls.total_mass
+    poles = poles_of(effects, _deck(scene, base), rest)
+    whirl = np.abs(poles).max(axis=0) + top_speed(scene)
+    stable = (poles.real.max(axis=0) <= 0.0) & (whirl * step <= _FAR_FROM_LIMIT * _reach(stepper))
+    if stepper.solves_drag:
         return stable
-    drag_limit = _BELOW_LIMIT * stability_limit(base.stepper)
-    return stable & (_fastest_drag(base, bodies) * step <= drag_limit)
+    drag_limit = _BELOW_LIMIT * stability_limit(stepper)
+    return stable & (_fastest_drag(scene, effects) * step <= drag_limit)
 
 
-def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
+def _deck(scene: Scene, base: PreparedRun) -> Any:
+    """Return the deck model with the numbers of a scene of columns; without gravity, no sag."""
+    e = scene.rotor.eccentricity
+    return base.system.deck_model._replace(
+        total_mass=scene.total_mass, unbalance=scene.eccentric_mass * e, eccentricity=e
+    )
+
+
+def _fastest_drag(scene: Scene, effects: tuple[Any, ...]) -> Any:
     """Return an upper bound of ``assemble.drag_rate`` [1/s]."""
-    scene, inertia, coupled, drag = base.scene, math.inf, 0.0, 0.0
-    for m, a in zip(scene.balls.masses, scene.balls.radii, strict=True):
-        mass = m if bodies.ball_mass is None else bodies.ball_mass
-        ball: Any = Ball(mass, a)
-        spin = over_effects(bodies.effects, "ball_inertia", 0.0, ball)
+    inertia, coupled, drag = math.inf, 0.0, 0.0
+    for mass, radius in zip(scene.balls.masses, scene.balls.radii, strict=True):
+        ball: Any = Ball(mass, radius)
+        spin = over_effects(effects, "ball_inertia", 0.0, ball)
         inertia = np.minimum(inertia, mass + spin)
-        coupled = coupled + mass * mass / bodies.total_mass
-        drag = np.maximum(drag, np.abs(over_effects(bodies.effects, "ball_drag", 0.0, ball)))
+        coupled = coupled + mass * mass / scene.total_mass
+        drag = np.maximum(drag, np.abs(over_effects(effects, "ball_drag", 0.0, ball)))
     # The smallest eigenvalue of diag(mu) - m m^T / M is at least the smallest mu minus |m|^2 / M.
     least = np.asarray(inertia - coupled)
     with np.errstate(divide="ignore"):
@@ -365,23 +309,3 @@ def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for at in zip(*np.nonzero(np.abs(angles) > math.pi), strict=True):
         within[at], turns[at] = reduced(float(angles[at]))
     return within, turns
-
-
-def _deck(bodies: _Bodies, base: Planar) -> Planar:
-    """Return the deck model with the numbers of scenes."""
-    return base._replace(
-        total_mass=bodies.total_mass,
-        unbalance=bodies.eccentric_mass * bodies.eccentricity,
-        eccentricity=bodies.eccentricity,
-    )
-
-
-def _taken(bodies: _Bodies, rows: np.ndarray) -> _Bodies:
-    """Return the numbers of some runs."""
-
-    def some(value: Any) -> Any:
-        return value[rows] if isinstance(value, np.ndarray) else value
-
-    effects = tuple(type(effect)(*map(some, effect)) for effect in bodies.effects)
-    taken = _Bodies(*map(some, bodies))
-    return taken._replace(effects=effects)

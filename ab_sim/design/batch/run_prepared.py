@@ -1,19 +1,61 @@
-"""Prepared runs with samples, computed eight side by side if possible."""
+"""Prepared runs with samples, computed eight side by side if possible, otherwise one by one."""
 
+import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from ab_sim.base.errors import DivergedError
 from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
-from ab_sim.design.batch.prepared_run import (
-    BatchRun,
-    PreparedRun,
-    grouped,
-    kernel_stride,
-    sample_buffer_for,
-)
-from ab_sim.design.batch.sample_buffer import SampleBuffer
-from ab_sim.design.batch.sequential import run_one_by_one
+from ab_sim.design.batch.prepared_run import BatchRun, PreparedRun, grouped
+from ab_sim.drive import Drive
 from ab_sim.engine.stepping.side_by_side import LANES, LaneSamples
+from ab_sim.scene import Scene
+
+_BLOCK = 2**21
+"""Number of values per block, 16 MB: large enough for huge pages, allocated three times as fast."""
+
+
+class SampleBuffer:
+    """Allocator of memory for samples, a block for many runs at a time.
+
+    Args:
+        runs: expected number of runs.
+        shape: shape of the samples of one run, (samples, channels).
+    """
+
+    def __init__(self, runs: int, shape: tuple[int, int]) -> None:
+        self._remaining, self._shape = runs, shape
+        self._block, self._used = np.empty((0, *shape)), 0
+
+    def take(self, runs: int) -> np.ndarray:
+        """Return uninitialised memory for further runs, shape (runs, samples, channels)."""
+        if self._used + runs > len(self._block):
+            fit = min(_BLOCK // max(1, self._shape[0] * self._shape[1]), self._remaining)
+            self._block, self._used = np.empty((max(runs, fit), *self._shape)), 0
+        self._used, self._remaining = self._used + runs, self._remaining - runs
+        return self._block[self._used - runs : self._used]
+
+
+def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
+    """Run each member in a Drive, keeping every ``every``-th step; return runs and CPU time [s]."""
+    runs, seconds = [], 0.0
+    for member in members:
+        drive, failure = Drive(member.scene), ""
+        begin = time.thread_time()
+        try:
+            taken = drive.advance(member.steps, every)
+        except DivergedError as error:
+            # Repeat the run up to the last finite state to get its samples.
+            failure, sound = str(error), drive.steps
+            drive.reset()
+            taken = drive.advance(sound, every)
+        seconds += time.thread_time() - begin
+        aborted = drive.controller.aborted if drive.controller is not None else None
+        why = "" if aborted is None else aborted.text
+        runs.append(BatchRun(member.scene, taken, failure, why))
+    return runs, seconds
 
 
 class DoneRuns(NamedTuple):
@@ -39,7 +81,7 @@ def run_prepared(
     seconds, done, in_lanes = 0.0, 0, 0
     for members in grouped(prepared).values():
         first = prepared[members[0]]
-        sample_buffer = sample_buffer_for([prepared[i] for i in members], every)
+        sample_buffer = _sample_buffer([prepared[i] for i in members], every)
         lane_group = (
             LaneGroup(first, kernel_stride(first.scene, every)) if first.fits_lane else None
         )
@@ -84,3 +126,17 @@ def _side_by_side(
         taken = member.trajectory(kept, every // in_kernel)
         results.append(BatchRun(member.scene, taken, member.failure_after(sound)))
     return results, seconds
+
+
+def _sample_buffer(members: Sequence[PreparedRun], every: int) -> SampleBuffer:
+    """Return memory for the samples that the kernel writes for a group of runs."""
+    first = members[0]
+    # If samples are decimated afterwards, each run has its own memory, released after decimation.
+    runs = len(members) if kernel_stride(first.scene, every) == every else 0
+    samples = first.steps // kernel_stride(first.scene, every)
+    return SampleBuffer(runs, (samples, len(first.channels)))
+
+
+def kernel_stride(scene: Scene, every: int) -> int:
+    """Return the stride of the kernel's samples; 1 with sensors, whose filters need every step."""
+    return 1 if scene.pickups else every

@@ -1,22 +1,192 @@
 """Many runs of one scene at once, eight side by side."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, overload
 
 import numpy as np
 
 from ab_sim.analysis.metrics.metric import MetricKind, metrics_named
 from ab_sim.base.errors import InputError, SceneError, short
+from ab_sim.base.presentation import Column, Columns, Presented, ends, number
 from ab_sim.design.batch.judging import judged_parts, run_and_judge
-from ab_sim.design.batch.prepared_run import PreparedRun, kernel_stride, steps_of
-from ab_sim.design.batch.result import Batch
-from ab_sim.design.batch.run_columns import split_of
-from ab_sim.design.batch.run_prepared import run_prepared
-from ab_sim.design.batch.variations import Variations, by_key, values_of_runs, varied, varied_scene
+from ab_sim.design.batch.prepared_run import BatchRun, PreparedRun, steps_of
+from ab_sim.design.batch.run_columns import columns_of
+from ab_sim.design.batch.run_prepared import kernel_stride, run_prepared
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.engine.stepping.side_by_side import LANES
 from ab_sim.scene import Scene
-from ab_sim.scene.load import SceneLike, as_scene
+from ab_sim.scene.load import SceneLike, as_scene, changed_scene
+
+Variations = Sequence[Mapping[str, object]] | Mapping[str, Sequence[object] | np.ndarray]
+"""Values by dotted key for each run, or values of all runs by dotted key."""
+
+
+def values_of_runs(variations: Variations) -> Sequence[Mapping[str, object]]:
+    """Return the values of each run.
+
+    Raises:
+        InputError: there is no run, or the argument has another form.
+    """
+    if isinstance(variations, Mapping):
+        lengths = {
+            len(column) if isinstance(column, list | tuple) or _is_array(column) else 0
+            for column in variations.values()
+        }
+        if len(lengths) == 1 and 0 not in lengths:
+            return ByKey(variations)
+    elif isinstance(variations, Sequence) and not isinstance(variations, str) and variations:
+        return variations
+    raise InputError(
+        f"variations = {short(variations)}: must be a list with one mapping per run, {{}} for the "
+        "scene itself; or a mapping of keys to lists or arrays, all with a value for each run"
+    )
+
+
+def _is_array(column: object) -> bool:
+    return isinstance(column, np.ndarray) and column.ndim > 0
+
+
+class ByKey(Sequence[Mapping[str, object]]):
+    """Values by key, as a sequence with one mapping per run.
+
+    Args:
+        columns: values of all runs by dotted key.
+    """
+
+    def __init__(self, columns: Mapping[str, Sequence[object] | np.ndarray]) -> None:
+        self.columns = dict(columns)
+        """Original columns."""
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    @overload
+    def __getitem__(self, index: int) -> Mapping[str, object]: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Mapping[str, object]]: ...
+
+    def __getitem__(self, index: int | slice) -> Any:
+        if isinstance(index, slice):
+            return ByKey({key: column[index] for key, column in self.columns.items()})
+        values = ((key, column[index]) for key, column in self.columns.items())
+        # Convert to plain Python types, which scenes accept.
+        numpy = np.generic, np.ndarray
+        return {key: v.tolist() if isinstance(v, numpy) else v for key, v in values}
+
+
+def by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
+    """Return values of all runs by dotted key, None if missing; empty if keys are not texts."""
+    if isinstance(variations, ByKey):
+        return variations.columns
+    if not all(isinstance(variation, Mapping) for variation in variations):
+        return {}
+    keys = dict.fromkeys(key for variation in variations for key in variation)
+    if not all(isinstance(key, str) for key in keys):
+        return {}
+    return {key: [variation.get(key) for variation in variations] for key in keys}
+
+
+def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
+    """Return the scenes of a batch.
+
+    Raises:
+        SceneError: a scene is not valid; the message contains its number, from 0, and its key.
+    """
+    return [varied_scene(scene, variation, number) for number, variation in enumerate(variations)]
+
+
+def varied_scene(scene: Scene, variation: Mapping[str, object], number: int) -> Scene:
+    """Return the scene of one run.
+
+    Raises:
+        SceneError: see ``varied``.
+    """
+    return changed_scene(scene, variation, f"variation {number}")
+
+
+@dataclass(frozen=True, repr=False)
+class Batch(Presented):
+    """Runs in the order of their variations; see ``ab_sim.simulate_batch``."""
+
+    _picture = "batch"
+
+    runs: tuple[BatchRun, ...]
+    """Runs with their samples; empty if only metrics were requested."""
+    in_lanes: int
+    """Number of runs computed in lanes, up to eight at once.
+
+    The last runs of a group may have unused lanes. The other runs were computed one by one.
+    """
+    integration_seconds: float
+    """CPU time of this thread for the steps of all runs [s].
+
+    For runs one by one it includes the compilation of kernels for further kinds of profile
+    segments.
+    """
+    variations: Sequence[Mapping[str, object]] = ()
+    """Varied values by dotted key, for each run."""
+    metrics: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Requested metrics by key as in reports, shape (runs,).
+
+    Numbers are floats, NaN for null and for failed runs; other values are None there. Metrics of an
+    aborted run describe its way to standstill; final values have no meaning.
+    """
+    failures: tuple[str, ...] = ()
+    """Reason of each run's early end; empty if complete."""
+    aborted: tuple[str, ...] = ()
+    """Reason of each run's abort to standstill by its profile controller; empty if not aborted."""
+    scene_name: str = ""
+    """Name of the common scene."""
+
+    def __len__(self) -> int:
+        return len(self.failures)
+
+    def _facts(self) -> dict[str, str]:
+        failed, aborted = (sum(map(bool, why)) for why in (self.failures, self.aborted))
+        facts = {
+            "scene": self.scene_name,
+            "runs": str(len(self)),
+            "in lanes": str(self.in_lanes),
+        }
+        # Leave out aborted runs: they have no whirl at standstill.
+        kept = [run.trajectory for run in self.runs if len(run.trajectory) and not run.aborted]
+        if kept:
+            last = [float(path.whirl[-1]) for path in kept]
+            facts["until"] = number(max(path["time"][-1] for path in kept), "s")
+            facts["W at the end"] = ends(min(last), max(last), "m")
+        for key, values in self.metrics.items():
+            finite = values[np.isfinite(values)] if values.dtype == float else values[:0]
+            if len(finite):
+                facts[key] = ends(finite.min(), finite.max(), "")
+        facts |= {"aborted": str(aborted)} if aborted else {}
+        return facts | ({"diverged": str(failed)} if failed else {})
+
+    def _columns(self) -> Columns:
+        keys = dict.fromkeys(key for variation in self.variations for key in variation)
+        columns = {
+            key: Column(None, [variation.get(key) for variation in self.variations]) for key in keys
+        }
+        if self.runs:
+            paths = [run.trajectory for run in self.runs]
+            whirls = [path.whirl for path in paths]
+            columns |= {
+                "samples": Column("1", [len(path) for path in paths]),
+                "end": Column("s", [_last(path["time"]) for path in paths]),
+                "speed": Column("rad/s", [_last(path["speed"]) for path in paths]),
+                "peak_whirl": Column("m", [float(whirl.max(initial=0.0)) for whirl in whirls]),
+                "whirl": Column("m", [_last(whirl) for whirl in whirls]),
+            }
+        columns |= {key: Column(None, values) for key, values in self.metrics.items()}
+        columns |= {"aborted": Column(None, self.aborted)} if any(self.aborted) else {}
+        return columns | {"failure": Column(None, self.failures)}
+
+
+def _last(values: np.ndarray) -> float:
+    return float(values[-1]) if len(values) else math.nan
+
 
 MOST_VALUES = 500_000_000
 """Largest number of sample values, 4 GB; larger requests are refused before anything runs."""
@@ -125,8 +295,8 @@ def _metrics_only(
     """Evaluate runs without keeping their samples."""
     scene, _ = resolve_accuracy(scene)
     count = len(variations)
-    split = split_of(scene, by_key(variations))
-    alike = np.empty(0, int) if split is None else split.rows
+    by_column = columns_of(scene, by_key(variations))
+    alike = np.empty(0, int) if by_column is None else by_column.valid
     prepared = {
         number: _prepared(varied_scene(scene, variations[number], number), number)
         for number in np.setdiff1d(np.arange(count), alike).tolist()
@@ -134,7 +304,7 @@ def _metrics_only(
     _check_room([scene, *(one.scene for one in prepared.values())], 1, keep=False)
     failures, aborted, columns = [""] * count, [""] * count, _empty_columns(keys, count)
     seconds, done, in_lanes = 0.0, 0, 0
-    for part in judged_parts(split, prepared, keys):
+    for part in judged_parts(by_column, prepared, keys):
         _fill_in(columns, part.runs, part.metrics)
         for run, *whys in zip(part.runs.tolist(), part.failures, part.aborts, strict=True):
             failures[run], aborted[run] = whys

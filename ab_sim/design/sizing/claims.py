@@ -1,4 +1,4 @@
-"""Claims of a sizing, verified by runs."""
+"""Claims of a sizing, verified by runs of its start-up scene."""
 
 import math
 from typing import Any, NamedTuple
@@ -7,15 +7,200 @@ import numpy as np
 
 from ab_sim.analysis.circulating import drive_of, stalled, state_of_bunch
 from ab_sim.analysis.equilibria.resting import resting_system
+from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.base.presentation import LAST, Progress
 from ab_sim.design.batch import simulate_batch
+from ab_sim.design.draws import DrawnPoints
+from ab_sim.design.judged import FAILED, FAILURE, OUTCOME, Job, metric_values
+from ab_sim.design.sizing.closed_forms import FittingBalls
 from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.specification import DriveSpecification
-from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
-from ab_sim.design.sizing.start_up_scene import scene_of, step_at, with_contact
 from ab_sim.design.spread import share_text
+from ab_sim.design.statistics import ShareBalanced, share_of
+from ab_sim.design.tolerances import Tolerance, tolerance_of
+from ab_sim.design.work import Executor, rows_of
 from ab_sim.drive import Drive
-from ab_sim.scene.load import changed_scene
+from ab_sim.scene.load import changed_scene, check_scene
 from ab_sim.scene.model import Scene
+
+TURN_OF_A_STEP = 0.2
+"""Largest spindle angle of a step [rad]."""
+RESTITUTION = 0.5
+"""Restitution coefficient of colliding balls."""
+NAME = "sized"
+
+
+class Hold(NamedTuple):
+    """Variable-speed period that holds the speed."""
+
+    start_speed: float
+    """Held speed [rad/s]."""
+    duration: float
+    """Duration [s]."""
+
+
+def scene_of(
+    balls: FittingBalls,
+    specification: DriveSpecification,
+    drag: float,
+    hold: Hold | None = None,
+) -> Scene:
+    """Return the scene of a start-up with the largest unbalance.
+
+    The last tenth of the run, over which final metrics are taken, starts ``specification.settle``
+    after the running speed is reached.
+
+    Args:
+        balls, specification: balls and drive.
+        drag: drag c_b on a ball [N s/m].
+        hold: hold of the speed, or None.
+    """
+    speed, acceleration = specification.speed, specification.acceleration
+    profile: dict[str, Any] = {
+        "kind": "start_up",
+        "acceleration": acceleration,
+        "target_speed": speed,
+    }
+    reached = speed / acceleration
+    if hold is not None:
+        profile["variable_speed_period"] = hold._asdict()
+        reached += hold.duration
+    count = balls.count
+    friction = [{"rolling_friction": {"arm": specification.friction_arm}}]
+    content = {
+        "name": NAME,
+        "rotor": {
+            "mass": specification.mass,
+            "eccentricity": specification.largest_unbalance / specification.mass,
+        },
+        "race": {"radius": balls.path_radius},
+        "balls": {"count": count, "mass": balls.mass, "radius": balls.radius},
+        "effects": [
+            {
+                "suspension": {
+                    "stiffness": specification.stiffness,
+                    "damping": specification.damping,
+                }
+            },
+            {"viscous_drag": {"coefficient": drag}},
+            "spindle_acceleration",
+            "ball_spin",
+            *(friction if specification.friction_arm > 0.0 else ()),
+        ],
+        # Start at different angles: equal balls at one place never separate.
+        "start": {
+            "ball_angles": [round(2.0 * math.pi * (k / count) ** 1.2, 4) for k in range(count)]
+        },
+        "spindle": {"max_speed": 1.2 * speed, "max_acceleration": 1.2 * acceleration},
+        "profile": profile,
+        "solver": {"step": step_at(speed)},
+        "balanced": {"residual_unbalance": specification.residual},
+        "duration": (reached + specification.settle) / (1.0 - LAST),
+    }
+    return check_scene(content, NAME)
+
+
+def with_contact(scene: Scene) -> Scene:
+    """Return the scene with colliding balls."""
+    changes = {"effects.ball_contact": {"restitution_coefficient": RESTITUTION}}
+    return changed_scene(scene, changes, NAME)
+
+
+def step_at(speed: float) -> float:
+    """Return a round step [s] in which the spindle turns by at most ``TURN_OF_A_STEP``."""
+    most = min(TURN_OF_A_STEP / speed, 1e-3)
+    decade = 10.0 ** math.floor(math.log10(most))
+    return max(
+        round(digit * decade, 12) for digit in (1, 2, 5) if digit * decade <= most * 1.000001
+    )
+
+
+GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
+GRADE_UNIT = 1e3
+"""Factor from m/s to the metric's unit, mm/s."""
+
+
+class SpreadRuns(NamedTuple):
+    """Runs of one design over its spread."""
+
+    share: ShareBalanced
+    """Share of drives within the allowed residual unbalance and without circulating balls."""
+    circulating: int
+    """Number of runs that end with circulating balls."""
+    failed: int
+    failure: str | None
+    """Error message of the first failed run."""
+    peak_whirl: float
+    """Median of the largest whirl during the start-up [m]."""
+
+    def report(self) -> dict[str, Any]:
+        """Return the runs as JSON-able values."""
+        return {**self._asdict(), "share": self.share.report()}
+
+
+class Running(NamedTuple):
+    """Number of runs, their seed, and how they are executed."""
+
+    runs: int
+    seed: int
+    executor: Executor
+    """Executor of the runs, entered by ``run_sizing``."""
+    tell: Progress | None
+
+    def at_stage(self, name: str) -> "Running":
+        """Return these settings with a stage's name in front of each progress message."""
+        tell = self.tell
+        if tell is None:
+            return self
+
+        def tell_stage(what: str, done: int, total: int) -> None:
+            tell(f"{name}: {what}", done, total)
+
+        return self._replace(tell=tell_stage)
+
+
+def tolerances_of(specification: DriveSpecification, drag_too: bool = True) -> list[Tolerance]:
+    """Return the tolerances of unbalance, start angles and, if ``drag_too``, drag."""
+    mass = specification.mass
+    low, high = specification.least_unbalance / mass, specification.largest_unbalance / mass
+    written = [f"rotor.eccentricity=uniform:{low!r},{high!r}", "start.ball_angles=random"]
+    if drag_too and specification.drag_tolerance > 0.0:
+        percent = 100.0 * specification.drag_tolerance
+        written.append(f"effects.viscous_drag.coefficient=uniform:{percent!r}%")
+    return [tolerance_of(text) for text in written]
+
+
+def run_share(
+    scene: Scene, specification: DriveSpecification, running: Running, drag_too: bool = True
+) -> SpreadRuns:
+    """Run a design over its spread.
+
+    Unlike ``robust``, a drive with an unsettled whirl can count as balanced: only its residual
+    unbalance at the end of the settling time counts.
+
+    Args:
+        scene: nominal scene.
+        specification: specification with spread and allowed residual.
+        running: settings of the runs.
+        drag_too: whether the drag varies as well.
+    """
+    drawn = DrawnPoints(scene, tolerances_of(specification, drag_too), running.runs, running.seed)
+    job = Job(scene, drawn.keys, (GRADE, PEAK))
+    rows = rows_of(job, drawn, running.executor, running.tell)
+    outcomes = np.array(rows[OUTCOME].to_pylist())
+    limit = GRADE_UNIT * specification.limit / scene.total_mass * specification.speed
+    balanced = (metric_values(rows, GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
+    keys = drawn.keys.index("rotor.eccentricity")
+    whirls = metric_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
+    failures = [failure for failure in rows[FAILURE].to_pylist() if failure]
+    return SpreadRuns(
+        share_of(balanced),
+        int(np.count_nonzero(outcomes == Verdict.CIRCULATES.value)),
+        int(np.count_nonzero(outcomes == FAILED)),
+        failures[0] if failures else None,
+        float(np.nanmedian(whirls)) if np.isfinite(whirls).any() else float("nan"),
+    )
+
 
 HOLDS, CONTRADICTED, UNDECIDED = "holds", "contradicted", "undecided"
 TOO_LIGHT = 0.8

@@ -1,17 +1,20 @@
 """Balls and drags that balance a drive in time without circulation."""
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ab_sim.analysis.circulating import BunchDrive
-from ab_sim.design.sizing.race_fit import FittingBalls, balls_of, largest_ball, least_mass
-from ab_sim.design.sizing.settle_time import (
-    BalancedPlaces,
+from ab_sim.design.sizing.closed_forms import (
+    FittingBalls,
     balanced_places,
+    balls_of,
     drive_of_balls,
+    largest_ball,
+    least_mass,
     share_in_time,
 )
 from ab_sim.design.sizing.specification import DriveSpecification
@@ -104,29 +107,27 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
         specification: requirements.
     """
     least = least_mass(count, specification.largest_unbalance, specification)
-    if least is None:
-        return SizedBalls(None, count, 1.0, 0.0, None, None, 0.0, _too_large(count, specification))
     most = largest_ball(count, specification)
+    if least is None or HEAVIER[0] * least > most:
+        return SizedBalls(None, count, 1.0, 0.0, None, None, 0.0, _too_large(count, specification))
     candidates = [
         _with_window(balls_of(count, factor * least, specification), factor, specification)
         for factor in HEAVIER
         if factor * least <= most
     ]
-    if not candidates:
-        return SizedBalls(None, count, 1.0, 0.0, None, None, 0.0, _too_large(count, specification))
     widths = [
         0.0 if candidate.window is None else math.log(candidate.window.ratio)
         for candidate in candidates
     ]
     if not any(widths):
         return max(candidates, key=lambda candidate: candidate.predicted)
-    wide = min(AS_WIDE * max(widths), math.log(ROOMY * least_ratio(specification)))
+    wide = min(AS_WIDE * max(widths), math.log(ROOMY * _least_ratio(specification)))
     return next(
         candidate for candidate, width in zip(candidates, widths, strict=True) if width >= wide
     )
 
 
-def least_ratio(specification: DriveSpecification) -> float:
+def _least_ratio(specification: DriveSpecification) -> float:
     """Return the ratio of highest to lowest drag that the drag's tolerance requires."""
     return (1.0 + specification.drag_tolerance) / (1.0 - specification.drag_tolerance)
 
@@ -158,18 +159,21 @@ def _with_window(
 ) -> SizedBalls:
     places = balanced_places(balls, specification)
     border = circulation_border(drive_of_balls(balls, specification, 1.0), specification.speed)
-    search = _Search(balls, specification, places)
+
+    def share(drag: float) -> float:
+        return share_in_time(drive_of_balls(balls, specification, drag), specification, places)
+
     drags = border * np.geomspace(1.0 / SPAN, SPAN, LOOKS)
     drags = np.union1d(drags, [ABOVE_BORDER * border])
-    shares = np.array([search.share(drag) for drag in drags.tolist()])
-    window = search.window(drags, shares, ABOVE_BORDER * border)
-    drag = None if window is None else math.sqrt(window.low * window.high)
+    shares = np.array([share(drag) for drag in drags.tolist()])
     above = drags >= ABOVE_BORDER * border
-    predicted = float(shares[above].max()) if drag is None else search.share(drag)
+    window = _widest_window(share, specification.share, drags[above], shares[above])
+    drag = None if window is None else math.sqrt(window.low * window.high)
+    predicted = float(shares[above].max()) if drag is None else share(drag)
     why = None
     if window is None:
         why = _no_window(float(shares.max()), predicted, specification)
-    elif window.ratio < least_ratio(specification):
+    elif window.ratio < _least_ratio(specification):
         why = (
             f"the tolerance of the drag, {100 * specification.drag_tolerance:g} %, exceeds the "
             "width of the drag window; reduce the tolerance, or allow more time to settle"
@@ -177,50 +181,45 @@ def _with_window(
     return SizedBalls(balls, balls.count, factor, border, window, drag, predicted, why)
 
 
-class _Search:
-    """Search of the drags at which the share balanced in time crosses the required one."""
+def _widest_window(
+    share: Callable[[float], float], wanted: float, drags: np.ndarray, shares: np.ndarray
+) -> DragWindow | None:
+    """Return the widest range of drags with the wanted share, from ``drags[0]`` on.
 
-    def __init__(
-        self, balls: FittingBalls, specification: DriveSpecification, places: BalancedPlaces
-    ) -> None:
-        self._balls, self._specification, self._places = balls, specification, places
+    Args:
+        share: function from a drag to the share balanced in time.
+        wanted: required share.
+        drags: drags at which the shares are known, rising.
+        shares: their shares.
+    """
+    best: DragWindow | None = None
+    for first, last in _stretches(shares >= wanted):
+        low, high = float(drags[first]), float(drags[last])
+        if first > 0:
+            low = _edge(share, wanted, low, float(drags[first - 1]))
+        if last + 1 < len(drags):
+            high = _edge(share, wanted, high, float(drags[last + 1]))
+        window = DragWindow(low, high, "too slow" if first > 0 else "circulation")
+        if window.ratio >= LEAST_RATIO and (best is None or window.ratio > best.ratio):
+            best = window
+    return best
 
-    def share(self, drag: float) -> float:
-        drive = drive_of_balls(self._balls, self._specification, drag)
-        return share_in_time(drive, self._specification, self._places)
 
-    def window(self, drags: np.ndarray, shares: np.ndarray, floor: float) -> DragWindow | None:
-        """Return the widest range above a floor with at least the required share."""
-        inside = (shares >= self._specification.share) & (drags >= floor)
-        best: DragWindow | None = None
-        k = 0
-        while k < len(drags):
-            if not inside[k]:
-                k += 1
-                continue
-            first = k
-            while k + 1 < len(drags) and inside[k + 1]:
-                k += 1
-            low, high = float(drags[first]), float(drags[k])
-            ends_below = low > floor
-            if ends_below:
-                low = self._edge(low, max(float(drags[first - 1]), floor))
-            if k + 1 < len(drags):
-                high = self._edge(high, float(drags[k + 1]))
-            result = DragWindow(low, high, "too slow" if ends_below else "circulation")
-            if result.ratio >= LEAST_RATIO and (best is None or result.ratio > best.ratio):
-                best = result
-            k += 1
-        return best
+def _stretches(inside: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Yield the first and the last index of each stretch of True."""
+    edges = np.diff(inside.astype(int), prepend=0, append=0)
+    yield from zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0) - 1, strict=True)
 
-    def _edge(self, inside: float, outside: float) -> float:
-        for _ in range(BISECTIONS):
-            middle = math.sqrt(inside * outside)
-            if self.share(middle) >= self._specification.share:
-                inside = middle
-            else:
-                outside = middle
-        return inside
+
+def _edge(share: Callable[[float], float], wanted: float, inside: float, outside: float) -> float:
+    """Bisect between a drag with the wanted share and a drag without it."""
+    for _ in range(BISECTIONS):
+        middle = math.sqrt(inside * outside)
+        if share(middle) >= wanted:
+            inside = middle
+        else:
+            outside = middle
+    return inside
 
 
 def _too_large(count: int, specification: DriveSpecification) -> str:

@@ -1,5 +1,6 @@
 """Sizing from requirements to balls, drag and start-up, with every claim verified by runs."""
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -15,17 +16,21 @@ from ab_sim.design.sizing.claims import (
     FAR_ABOVE,
     HOLDS,
     DragRuns,
+    Hold,
+    Running,
     SizingClaim,
+    SpreadRuns,
     circulation_claims,
     mass_claim,
+    run_share,
+    scene_of,
     share_claim,
     window_runs,
+    with_contact,
 )
+from ab_sim.design.sizing.closed_forms import stuck
 from ab_sim.design.sizing.drag_window import SizedBalls, predicted_share, sized_balls
-from ab_sim.design.sizing.settle_time import stuck
 from ab_sim.design.sizing.specification import DriveSpecification
-from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
-from ab_sim.design.sizing.start_up_scene import Hold, scene_of, with_contact
 from ab_sim.scene.model import Scene
 
 RUNS = 400
@@ -146,6 +151,12 @@ def run_sizing(specification: DriveSpecification, running: Running) -> Sizing:
     """
     if not FEWEST <= running.runs <= MOST:
         raise InputError(f"runs = {running.runs}: must be from {FEWEST} to {MOST}")
+    with running.executor:
+        return _sized(specification, running)
+
+
+def _sized(specification: DriveSpecification, running: Running) -> Sizing:
+    """Return the first candidate with enough balanced drives, and its verified claims."""
     candidates = tuple(sized_balls(count, specification) for count in specification.counts)
     tried: list[tuple[int, SpreadRuns]] = []
     for sized in _ranked(candidates):
@@ -159,42 +170,20 @@ def run_sizing(specification: DriveSpecification, running: Running) -> Sizing:
         if runs.share.value < specification.share:
             tried.append((sized.count, without))
             continue
-        return _checked(candidates, sized, hold, (without, runs), (specification, running), tried)
+        balls, smooth = sized.balls, specification._replace(friction_arm=0.0)
+        assert balls is not None
+        predict = functools.partial(predicted_share, balls, specification)
+        at_drags = window_runs(sized, specification, running, predict)
+        claims = (
+            mass_claim(sized, smooth),
+            *circulation_claims(sized, smooth),
+            *_claims_of_shares(specification, hold, (without, runs), at_drags),
+        )
+        scene = _scene(sized, hold, specification)
+        return Sizing(
+            specification, candidates, sized, hold, scene, runs, at_drags, claims, tuple(tried)
+        )
     return Sizing(specification, candidates, None, None, None, None, {}, (), tuple(tried))
-
-
-def _checked(
-    candidates: tuple[SizedBalls, ...],
-    sized: SizedBalls,
-    hold: Hold | None,
-    runs: tuple[SpreadRuns, SpreadRuns],
-    asked: tuple[DriveSpecification, Running],
-    tried: list[tuple[int, SpreadRuns]],
-) -> Sizing:
-    specification, running = asked
-    without, with_hold = runs
-    balls = sized.balls
-    assert balls is not None
-    at_drags = window_runs(
-        sized, specification, running, lambda drag: predicted_share(balls, specification, drag)
-    )
-    smooth = specification._replace(friction_arm=0.0)
-    claims = [
-        mass_claim(sized, smooth),
-        *circulation_claims(sized, smooth),
-        *_claims_of_shares(specification, hold, (without, with_hold), at_drags),
-    ]
-    return Sizing(
-        specification,
-        candidates,
-        sized,
-        hold,
-        _scene(sized, hold, specification),
-        with_hold,
-        at_drags,
-        tuple(claims),
-        tuple(tried),
-    )
 
 
 def _claims_of_shares(
@@ -231,15 +220,8 @@ def _claims_of_shares(
 
 def _ranked(candidates: tuple[SizedBalls, ...]) -> list[SizedBalls]:
     """Return suitable candidates, the widest window first, as drag is the most uncertain value."""
-
-    def width(sized: SizedBalls) -> float:
-        return 0.0 if sized.window is None else sized.window.ratio
-
-    return sorted(
-        (candidate for candidate in candidates if candidate.why_not is None),
-        key=width,
-        reverse=True,
-    )
+    suitable = [candidate for candidate in candidates if candidate.window and not candidate.why_not]
+    return sorted(suitable, key=lambda sized: -sized.window.ratio if sized.window else 0.0)
 
 
 def _holds(specification: DriveSpecification) -> Iterator[Hold]:

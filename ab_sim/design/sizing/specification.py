@@ -147,22 +147,11 @@ def specification_of(texts: SpecificationTexts) -> DriveSpecification:
     )  # fmt: skip
 
 
-def unbalance_of_grade(grade: float, mass: float, speed: float) -> float:
-    """Return the unbalance U = M G / w [kg m] of a balance grade (ISO 21940-11).
-
-    Args:
-        grade: balance grade G [m/s].
-        mass: mass of the rotor [kg].
-        speed: speed of the grade [rad/s].
-    """
-    return mass * grade / speed
-
-
 def _unbalance(texts: SpecificationTexts, mass: float, speed: float) -> tuple[float, float]:
     if (texts.unbalance is None) == (texts.grade is None):
         raise InputError("unbalance, grade: give one of them, e.g. unbalance '0.3 g cm'")
     if texts.grade is not None:
-        return 0.0, unbalance_of_grade(_grade(texts.grade), mass, speed)
+        return 0.0, mass * _grade(texts.grade) / speed  # U = M G / w, ISO 21940-11
     parts: Sequence[Given]
     if isinstance(texts.unbalance, str):
         parts = _ends(texts.unbalance)

@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from ab_sim.design.derivatives.differences import DerivativeEstimate, differentiated
-from ab_sim.design.derivatives.keys import real_key
+from ab_sim.design.differences import DerivativeEstimate, differentiated, real_key
 from ab_sim.scene.load import load_scene
 from ab_sim.scene.model import Scene
 

@@ -5,8 +5,7 @@ from math import pi
 import pytest
 
 from ab_sim.base.errors import InputError, SceneError
-from ab_sim.design.derivatives import real_keys
-from ab_sim.design.derivatives.keys import moved, real_key
+from ab_sim.design.differences import moved, real_key, real_keys
 from ab_sim.scene.load import load_scene
 
 HOLD = load_scene("thesis-hold", ["start.ball_angles=[0.3, 3.1415]"])

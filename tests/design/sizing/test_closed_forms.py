@@ -7,22 +7,24 @@ import pytest
 
 from ab_sim.analysis.circulating import drive_of, reach_over_drag
 from ab_sim.analysis.equilibria import equilibria_of
-from ab_sim.design.sizing.claims import bunch_stays
+from ab_sim.design.sizing.claims import bunch_stays, scene_of, step_at, with_contact
+from ab_sim.design.sizing.closed_forms import (
+    FittingBalls,
+    balanced_places,
+    ball_radius,
+    balls_of,
+    couplings,
+    drive_of_balls,
+    largest_ball,
+    largest_growth,
+    least_mass,
+)
 from ab_sim.design.sizing.drag_window import (
     ABOVE_BORDER,
     circulation_border,
     predicted_share,
     sized_balls,
 )
-from ab_sim.design.sizing.race_fit import (
-    FittingBalls,
-    ball_radius,
-    balls_of,
-    largest_ball,
-    least_mass,
-)
-from ab_sim.design.sizing.settle_time import balanced_places, drive_of_balls, largest_growth
-from ab_sim.design.sizing.start_up_scene import scene_of, step_at, with_contact
 from tests.design.sizing.wanted import wanted
 
 HEAVY = {"unbalance": "2 g cm", "race_width": "8 mm"}
@@ -79,8 +81,9 @@ def test_growth_rates_are_those_of_the_running_equations(count: int, drag: float
     states = [s for s in equilibria_of(scene, asked.speed).branches if "balanced" in s.label]
     assert len(states) == (1 if count == 2 else 3)
     for state in states:
+        drive = drive_of_balls(balls, asked, drag)
         rho = np.array([abs(np.exp(2j * state.theta).mean())])
-        found = largest_growth(drive_of_balls(balls, asked, drag), asked.speed, rho)
+        found = largest_growth(drive, asked.speed, couplings(drive, rho))
         assert found[0] == pytest.approx(state.lambda_max, rel=1e-6, abs=1e-7)
 
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import ab_sim
-from ab_sim.design.sizing.race_fit import balls_of
-from ab_sim.design.sizing.settle_time import drive_of_balls, stuck
+from ab_sim.design.sizing.claims import scene_of
+from ab_sim.design.sizing.closed_forms import balls_of, drive_of_balls, stuck
 from ab_sim.design.sizing.size import sizing_failure
-from ab_sim.design.sizing.start_up_scene import scene_of
 from ab_sim.drive import Drive
 from ab_sim.scene.load import changed_scene
 from tests.design.sizing.wanted import DRIVE, wanted

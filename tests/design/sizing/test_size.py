@@ -9,16 +9,26 @@ import pytest
 
 import ab_sim
 from ab_sim.base.errors import InputError
-from ab_sim.design.intervals import share_of
+from ab_sim.base.workers import Workers
 from ab_sim.design.sizing import claims
 from ab_sim.design.sizing import size as sizing
-from ab_sim.design.sizing.claims import CONTRADICTED, HOLDS, UNDECIDED, share_claim
-from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
-from ab_sim.design.sizing.start_up_scene import Hold, scene_of, with_contact
+from ab_sim.design.sizing.claims import (
+    CONTRADICTED,
+    HOLDS,
+    UNDECIDED,
+    Hold,
+    Running,
+    SpreadRuns,
+    run_share,
+    scene_of,
+    share_claim,
+    with_contact,
+)
+from ab_sim.design.statistics import share_of
 from tests.design.sizing.wanted import DRIVE, wanted
 
 HOLD = Hold(105.0, 0.6)
-HERE = Running(60, 0, None, None)
+HERE = Running(60, 0, Workers(1), None)
 
 
 def runs_with(balanced: int, of: int = 100) -> SpreadRuns:

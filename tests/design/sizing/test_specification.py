@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.design.sizing.specification import unbalance_of_grade
 from tests.design.sizing.wanted import wanted
 
 
@@ -28,7 +27,6 @@ def test_a_range_of_unbalance(given: Any) -> None:
 @pytest.mark.parametrize("given", ["G6.3", "g 6.3", 6.3, "6.3 mm/s"])
 def test_a_grade_is_the_speed_of_the_mass_centre(given: Any) -> None:
     """G = e w, and U = M e: 6.3 mm/s at 200 rad/s are 31.5 um."""
-    assert unbalance_of_grade(6.3e-3, 0.1, 200.0) == pytest.approx(0.1 * 31.5e-6)
     found = wanted(unbalance=None, grade=given)
     assert found.largest_unbalance == pytest.approx(3.15e-6) and found.least_unbalance == 0.0
 

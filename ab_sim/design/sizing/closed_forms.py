@@ -1,4 +1,11 @@
-"""Settling time of balls after a drive has reached its speed, from growth rates.
+"""Closed forms of a sizing: balls that fit into a race, and their settling time from growth rates.
+
+Balls that roll on a wall of radius r have their centres at R = r - a. Point masses opposite U would
+just balance it with n m R = U. Balls have a width, and side by side in a row they only reach
+
+    m R sin(n d / 2) / sin(d / 2),    sin(d / 2) = a / R,
+
+where d is the angle from a ball to the next.
 
 Near a balanced position, with the deck's z on the rotor's axes, d = d/dt and tangents t_j of the
 balls:
@@ -22,13 +29,95 @@ compares it with runs.
 """
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ab_sim.analysis.circulating import BunchDrive
-from ab_sim.design.sizing.race_fit import FittingBalls
 from ab_sim.design.sizing.specification import DriveSpecification
+
+LIGHTEST = 1e-9
+"""Lightest ball in the search, relative to the largest ball's mass."""
+LOOKS = 400
+"""Number of masses in the search."""
+
+
+@dataclass(frozen=True)
+class FittingBalls:
+    """Equal balls on a race."""
+
+    count: int
+    mass: float
+    """Mass m of one ball [kg]."""
+    radius: float
+    """Ball radius a [m]."""
+    path_radius: float
+    """Radius R of the circle of the balls' centres [m]."""
+
+    @property
+    def moment(self) -> float:
+        """Moment n m R [kg m]: the unbalance that point masses could balance."""
+        return self.count * self.mass * self.path_radius
+
+    @property
+    def in_a_row(self) -> float:
+        """Largest unbalance that the balls balance, side by side [kg m]."""
+        half = math.asin(min(self.radius / self.path_radius, 1.0))
+        return self.mass * self.path_radius * math.sin(self.count * half) / math.sin(half)
+
+    @property
+    def rolling_mass(self) -> float:
+        """Effective mass m + I/a^2 of a rolling solid ball [kg]."""
+        return 1.4 * self.mass
+
+
+def balls_of(count: int, mass: float, specification: DriveSpecification) -> FittingBalls:
+    """Return balls of a mass [kg] on the race, without a check that they fit."""
+    radius = ball_radius(mass, specification.density)
+    return FittingBalls(count, mass, radius, specification.race_radius - radius)
+
+
+def ball_radius(mass: float, density: float) -> float:
+    """Return the radius of a ball [m] from its mass [kg] and density [kg/m^3]."""
+    return (3.0 * mass / (4.0 * math.pi * density)) ** (1.0 / 3.0)
+
+
+def largest_ball(count: int, specification: DriveSpecification) -> float:
+    """Return the mass of the largest balls that fit the race's width and circumference [kg]."""
+    sine = math.sin(math.pi / count)
+    around = specification.race_radius * sine / (1.0 + sine)
+    radius = min(0.5 * specification.race_width, around)
+    return 4.0 / 3.0 * math.pi * specification.density * radius**3
+
+
+def least_mass(count: int, unbalance: float, specification: DriveSpecification) -> float | None:
+    """Return the least ball mass [kg] that balances an unbalance side by side, or None.
+
+    None if no such balls fit.
+
+    Args:
+        count: number of balls n.
+        unbalance: unbalance U [kg m].
+        specification: specification with race and density.
+    """
+    most = largest_ball(count, specification)
+
+    def missed(mass: float) -> float:
+        return balls_of(count, mass, specification).in_a_row / unbalance - 1.0
+
+    # The moment rises with the mass, but may fall again when a row of large balls covers half the
+    # race: take the first crossing.
+    masses = np.geomspace(LIGHTEST * most, most, LOOKS)
+    enough = [k for k, mass in enumerate(masses.tolist()) if missed(mass) >= 0.0]
+    if not enough:
+        return None
+    if enough[0] == 0:
+        return float(masses[0])
+    low, high = float(masses[enough[0] - 1]), float(masses[enough[0]])
+    return float(brentq(missed, low, high, xtol=1e-14 * most, rtol=1e-13))
+
 
 LEAVING = 1.0
 """Time for balls to leave the unbalance's side, in time constants of their motion.
@@ -97,10 +186,19 @@ def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> B
     return BalancedPlaces(unbalances, np.abs(np.exp(2j * theta).mean(axis=1)))
 
 
-def largest_growth(drive: BunchDrive, speed: float, rhos: np.ndarray) -> np.ndarray:
-    """Return the largest growth rate [1/s] at balanced positions; see ``growth_felt``.
+def couplings(drive: BunchDrive, rhos: np.ndarray) -> np.ndarray:
+    """Return the singular values of the tangents, the larger first, shape (positions, 2).
 
-    The result has the shape of ``rhos``.
+    Args:
+        drive: parameters of the drive.
+        rhos: values of rho of the positions, shape (positions,).
+    """
+    squares = 0.5 * drive.balls * (1.0 + np.multiply.outer(rhos, [1, -1]))
+    return np.sqrt(np.maximum(squares, 0.0))
+
+
+def largest_growth(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray:
+    """Return the largest growth rate [1/s] at balanced positions.
 
     Structural zeros of three or more balls are left out, because nothing moves along a continuum of
     balanced positions.
@@ -108,24 +206,7 @@ def largest_growth(drive: BunchDrive, speed: float, rhos: np.ndarray) -> np.ndar
     Args:
         drive: parameters of the drive.
         speed: spindle speed w [rad/s].
-        rhos: values of rho of the positions, shape (positions,).
-    """
-    return growth_felt(drive, speed, _felt(drive, rhos))
-
-
-def _felt(drive: BunchDrive, rhos: np.ndarray) -> np.ndarray:
-    """Return singular values of the tangents, the larger first, shape (positions, 2)."""
-    squares = 0.5 * drive.balls * (1.0 + np.multiply.outer(rhos, [1, -1]))
-    return np.sqrt(np.maximum(squares, 0.0))
-
-
-def growth_felt(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray:
-    """Return the largest growth rate [1/s] for given couplings of the balls' two motions.
-
-    Args:
-        drive: parameters of the drive.
-        speed: spindle speed w [rad/s].
-        felt: singular values of the tangents, shape (positions, 2).
+        felt: couplings of the balls' two motions, see ``couplings``, shape (positions, 2).
     """
     mass, m, w = drive.mass, drive.ball_mass, speed
     one, turn = np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -160,10 +241,10 @@ def settle_times(
         Times, shape (draws,); infinite if the balanced position is unstable.
     """
     speed = specification.speed
-    felt = _felt(drive, places.rhos)
-    rate = -growth_felt(drive, speed, felt)
+    felt = couplings(drive, places.rhos)
+    rate = -largest_growth(drive, speed, felt)
     firm = np.maximum(rate, 1e-12)
-    better = np.maximum(-growth_felt(drive, speed, felt[:, [0, 0]]), 1e-12)
+    better = np.maximum(-largest_growth(drive, speed, felt[:, [0, 0]]), 1e-12)
     moment, limit = drive.ball_mass * drive.radius, specification.limit
     slip = drive.rolling_mass / drive.drag * np.log(np.maximum(speed / firm, 1.0))
     folds = np.log(np.maximum((places.unbalances + drive.balls * moment) / limit, 1.0)) + LEAVING
