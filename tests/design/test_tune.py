@@ -174,6 +174,16 @@ def test_what_cannot_be_looked_for_is_refused(
     assert words in str(raised.value)
 
 
+def test_ranges_with_scenes_in_their_middle_only_are_searched() -> None:
+    """Two balls of 52 g would outweigh the whole rotor, and none has a negative mass."""
+    found = tuned(
+        "thesis-hold", ("balls.mass=-45 g..52 g",), "peak_whirl_over_e", (),
+        "effects.rolling_friction=", "duration=0.4", runs=16,
+    )  # fmt: skip
+    assert found.best is not None and found.scene is not None
+    assert 0.0 < found.scene.balls.masses[0] < 0.05
+
+
 def test_ranges_without_any_scene_are_refused() -> None:
     with pytest.raises(SceneError, match="must be at least"):
         tuned("thesis-hold", ("balls.mass=-2..-1",), "peak_whirl_over_e")

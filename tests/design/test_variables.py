@@ -98,6 +98,13 @@ def test_a_grid_has_all_combinations_the_last_key_fastest() -> None:
     assert [grid.at(run) for run in range(6)] == [(m, d) for m in (1, 2) for d in (3, 4, 5)]
 
 
+@pytest.mark.parametrize("log", [False, True])
+def test_the_fraction_of_a_range_is_that_of_its_value(log: bool) -> None:
+    shares = np.array([0.0, 0.3, 1.0])
+    range_ = Range(DRAG, 0.01, 100.0, log)
+    assert [range_.share(value) for value in range_.at(shares)] == pytest.approx(shares, abs=1e-12)
+
+
 @pytest.mark.parametrize("design", ["sobol:64", "lhs:64"])
 def test_a_design_fills_its_ranges_evenly(design: str) -> None:
     ranges = [
