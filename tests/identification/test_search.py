@@ -6,10 +6,12 @@ import math
 import numpy as np
 import pytest
 
+import ab_sim
+from ab_sim.analysis.comparison import without_balls
 from ab_sim.base.errors import InputError
 from ab_sim.identification import stages
 from ab_sim.identification.checks import check_sense
-from ab_sim.identification.measured import DISC_ANGLE, Measured
+from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, Measured
 from ab_sim.identification.parameters import ENCODER_ZERO
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.run import Question, run_identification
@@ -20,18 +22,28 @@ STIFFNESS, DAMPING = "effects.suspension.stiffness", "effects.suspension.damping
 BARE = Question((STIFFNESS, DAMPING, "rotor.eccentricity"), propose=False)
 
 
-def ringing() -> Measured:
+def ringing(kind: str, axes: int) -> Measured:
     """A deck of damping ratio 0.002 that rings after a fast run-up past its critical speed."""
     damping = 2.0 * 0.002 * math.sqrt(0.1 * 1000.0)
-    drive = drives.scene({DAMPING: damping, "profile.acceleration": 250.0})
-    measured = drives.measured(drive, balls=False)
-    whirl = measured.signals[:, 0] + 1j * measured.signals[:, 1]
+    changes = {DAMPING: damping, "profile.acceleration": 250.0, "profile.target_speed": 140.0}
+    drive = drives.scene(changes)
+    run = ab_sim.simulate(without_balls(drive)).trajectory
+    signals = (run.position if kind == DISPLACEMENT else run.acceleration)[1:, :axes]
+    noise = 0.01 * float(np.sqrt(np.mean(signals**2)))
+    signals = signals + noise * np.random.default_rng(0).standard_normal(signals.shape)
+    measured = Measured(
+        "bare", run["time"][1:], signals, (0.0, math.pi / 2)[:axes], kind,
+        SpeedSchedule.of_scene(drive), True, False,
+    )  # fmt: skip
+    whirl = signals[:, 0] + 1j * signals[:, 1] if axes == 2 else signals[:, 0]
     sense = check_sense(measured.spindle_angle, whirl, False, measured.name)
     return dataclasses.replace(measured, doubt=sense.doubt)
 
 
-def test_a_ringing_deck_is_doubted_and_fitted() -> None:
-    measured = ringing()
+@pytest.mark.parametrize("kind", [DISPLACEMENT, ACCELERATION])
+@pytest.mark.parametrize("axes", [1, 2])
+def test_a_ringing_deck_is_doubted_and_fitted(kind: str, axes: int) -> None:
+    measured = ringing(kind, axes)
     assert "times the spindle's speed" in measured.doubt
     found = run_identification(drives.scene({STIFFNESS: 1200.0, DAMPING: 0.06}), [measured], BARE)
     assert found[STIFFNESS].value == pytest.approx(1000.0, rel=1e-3)
