@@ -221,6 +221,20 @@ def test_scores_of_spread_drives_are_what_a_share_of_them_reaches() -> None:
     assert half.aims.tolist() == [3.0, 2.0, 1.0] and best_of(half) == 0
 
 
+@pytest.mark.parametrize("limit", [1e-6, 1.0, 1e6])
+def test_a_violation_counts_relative_to_its_bound(limit: float) -> None:
+    """Three times the bound is 2 of it beyond, and 2/3 on the scale up to 1."""
+    table = pyarrow.table({
+        "peak_whirl_over_e": [1.0, 1.0], "final_whirl_over_e": [3.0 * limit, 1.0001 * limit],
+        "outcome": [Verdict.BALANCED.value] * 2,
+    })  # fmt: skip
+    standard = Standard(
+        aim_of("peak_whirl_over_e", None), (bound_of(f"final_whirl_over_e<{limit:g}"),)
+    )
+    costs = scored(table, standard).costs
+    assert costs[0] - costs[1] == pytest.approx(2.0 / 3.0, abs=2e-4)
+
+
 def test_with_a_spread_most_drives_are_good_not_the_drawing() -> None:
     """The heaviest balls that balance in the drawing leave none for those that are heavier."""
     scene = ab_sim.load_scene("balanced-start-up", ["effects.rolling_friction="])
