@@ -10,6 +10,7 @@ from scipy import stats
 from ab_sim.base.errors import InputError
 from ab_sim.design.statistics import (
     SobolIndex,
+    _correlation,
     paired_difference,
     paired_shares,
     quantile_of,
@@ -24,6 +25,13 @@ OFTEN = (0.93, 0.97)
 
 def is_often(hits: np.ndarray) -> bool:
     return OFTEN[0] <= float(np.mean(hits)) <= OFTEN[1]
+
+
+def test_the_correlation_of_two_outcomes_is_corrected_for_continuity() -> None:
+    """Newcombe (1998), Statist. Med. 17, 2635, method 10: half of all runs is taken off."""
+    assert _correlation(8, 2, 1, 9) == pytest.approx((72 - 2 - 20 / 2) / math.sqrt(9900))
+    assert _correlation(2, 8, 9, 1) == pytest.approx((2 - 72) / math.sqrt(9900))
+    assert _correlation(5, 5, 5, 5) == 0.0 == _correlation(10, 0, 0, 0)
 
 
 @pytest.mark.parametrize(("share", "runs"), [(0.5, 400), (0.9, 400), (0.03, 1000)])
