@@ -228,10 +228,8 @@ def test_a_violation_counts_relative_to_its_bound(limit: float) -> None:
         "peak_whirl_over_e": [1.0, 1.0], "final_whirl_over_e": [3.0 * limit, 1.0001 * limit],
         "outcome": [Verdict.BALANCED.value] * 2,
     })  # fmt: skip
-    standard = Standard(
-        aim_of("peak_whirl_over_e", None), (bound_of(f"final_whirl_over_e<{limit:g}"),)
-    )
-    costs = scored(table, standard).costs
+    aim, bounds = aim_of("peak_whirl_over_e", None), (bound_of(f"final_whirl_over_e<{limit:g}"),)
+    costs = scored(table, Task(ab_sim.load_scene("thesis-hold"), (), aim, bounds, 2)).costs
     assert costs[0] - costs[1] == pytest.approx(2.0 / 3.0, abs=2e-4)
 
 
