@@ -155,17 +155,27 @@ def number(value: float | None, unit: str = "") -> str:
     return f"{value:.4g} {unit}".rstrip()
 
 
-def finite_or_none(value: Any) -> Any:
-    """Return a value with None in place of non-finite numbers, which JSON does not have.
+def finite(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a report with None in place of non-finite numbers, which JSON does not have.
 
-    Args:
-        value: number, text, or lists and mappings of them.
+    If there are any, the entry ``not_finite`` has the reason for each such None, by its place:
+    ``{"parameters.0.high": "infinite"}``.
     """
-    if isinstance(value, dict):
-        return {key: finite_or_none(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite_or_none(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    reasons: dict[str, str] = {}
+
+    def cleaned(value: Any, place: str) -> Any:
+        if isinstance(value, dict):
+            return {key: cleaned(entry, f"{place}.{key}") for key, entry in value.items()}
+        if isinstance(value, list | tuple):
+            return [cleaned(entry, f"{place}.{k}") for k, entry in enumerate(value)]
+        if not isinstance(value, float) or math.isfinite(value):
+            return value
+        reason = "not a number" if math.isnan(value) else "infinite"
+        reasons[place[1:]] = f"minus {reason}" if value == -math.inf else reason
+        return None
+
+    values: dict[str, Any] = cleaned(dict(report), "")
+    return values | {"not_finite": reasons} if reasons else values
 
 
 def ends(first: float, last: float, unit: str) -> str:

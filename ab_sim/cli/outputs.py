@@ -18,7 +18,7 @@ from ab_sim.base.files import (
     check_writable,
     write_whole,
 )
-from ab_sim.base.presentation import finite_or_none
+from ab_sim.base.presentation import finite
 
 
 class PlainConsole(Console):
@@ -69,12 +69,14 @@ def print_written(files: Iterable[Path]) -> None:
 
 
 def write_json(report: dict[str, Any], file: str) -> None:
-    """Write a report to a file, or with ``-`` to standard output; non-finite numbers become null.
+    """Write a report to a file, or with ``-`` to standard output.
+
+    Non-finite numbers become null, with their reasons in ``not_finite``.
 
     Raises:
         InputError: the file cannot be written; the message has the reason.
     """
-    text = json.dumps(finite_or_none(report), indent=1, allow_nan=False)
+    text = json.dumps(finite(report), indent=1, allow_nan=False)
     if file == "-":
         print(text)
         return

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.base.presentation import Column, Columns, Presented, finite_or_none
+from ab_sim.base.presentation import Column, Columns, Presented, finite
 from ab_sim.base.yaml_files import yaml_text
 from ab_sim.identification.intervals import Estimate, Intervals
 from ab_sim.identification.knowledge import Knowledge
@@ -171,9 +171,9 @@ class Identification(Presented):
         """Return all results as JSON-able values: ``ab-sim identify --help``.
 
         Infinite numbers become None: the end of an open interval, or the z of an effect whose run
-        diverges, as stated in its ``failure``.
+        diverges, as stated in its ``failure``. The entry ``not_finite`` names their places.
         """
-        results: dict[str, object] = finite_or_none(
+        return finite(
             {
                 "scene": self.before.name,
                 "verdict": self.verdict,
@@ -197,7 +197,6 @@ class Identification(Presented):
                 "fitted_scene": self.scene.as_mapping(),
             }
         )
-        return results
 
     def scene_text(self) -> str:
         """Return the fitted scene as a file, with a header that states the uncertainty."""

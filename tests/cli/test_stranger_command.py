@@ -83,7 +83,7 @@ def figure(found: list[tuple[float, float]], file: Path) -> None:
 
 
 def test_files_are_written_independently(tmp_path: Path) -> None:
-    """A file that cannot be written leaves the others; a number that is not finite is null."""
+    """A file that cannot be written leaves the others; null for a number has its reason."""
     page, report, rows = tmp_path / "page", tmp_path / "run.json", list[str]()
 
     def refuse(file: Path) -> None:
@@ -105,7 +105,10 @@ def test_files_are_written_independently(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"--out .*out.yaml: cannot be written: the disk is full"):
         Command(lambda _: outcome, outputs=outputs).run(str(report))
     assert page.read_text() == "whole" and rows == ["shown"]
-    assert json.loads(report.read_text()) == {"z": None, "tried": [{"z": None}], "low": [None, 1.0]}
+    assert json.loads(report.read_text()) == {
+        **{"z": None, "tried": [{"z": None}], "low": [None, 1.0]},
+        "not_finite": {"z": "infinite", "tried.0.z": "minus infinite", "low.0": "not a number"},
+    }
 
 
 @pytest.fixture

@@ -158,3 +158,34 @@ def test_a_fit_s_covariance_is_a_spread(tmp_path: Path) -> None:
 def test_what_is_no_fit_is_refused(tmp_path: Path, values: list[list[float]], says: str) -> None:
     with pytest.raises(InputError, match=says):
         fitted_tolerances(covariance(tmp_path / "fit.json", values))
+
+
+DRIFT = Path(__file__).with_name("drift.csv")
+"""One axis drifts by 0.25 mm in 5 s; every fourth ms of the first 1.2 s."""
+
+
+def test_a_signal_that_drifts_leaves_all_files(tmp_path: Path) -> None:
+    """Also if a result is not finite; none of them needs another."""
+    (tmp_path / "map.yaml").write_text(
+        "time: {column: t, unit: s}\nspeed: {column: rpm, unit: rpm}\n"
+        "signals:\n  - {column: x, unit: mm}\n  - {column: y, unit: mm}\n"
+    )
+    (tmp_path / "bare.yaml").write_text(
+        "rotor: {total_mass: 0.0989, eccentricity: 1.0e-4}\nballs: {count: 0}\nduration: 5.0\n"
+        "effects:\n  - suspension: {stiffness: 1200.0, damping: 1.5}\n  - spindle_acceleration\n"
+        "spindle: {max_speed: 420.0, max_acceleration: 50.0}\n"
+    )
+    done = command(
+        "identify", str(DRIFT), "--map", "map.yaml", "--scene", "bare.yaml", "--workers", "1",
+        "--fit", "rotor.eccentricity", "--json", "f.json", "--out", "f.yaml", "--html", "f.html",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+    def refuse(word: str) -> None:
+        raise AssertionError(f"{word} in the JSON")
+
+    report = json.loads((tmp_path / "f.json").read_text(), parse_constant=refuse)
+    assert report["verdict"] == "does not fit" and "drifts by" in done.stdout
+    assert ab_sim.load_scene(tmp_path / "f.yaml").as_mapping() == report["fitted_scene"]
+    assert "drifts by" in (tmp_path / "f.html").read_text()
