@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.base.ordered_sum import ordered_dot
+
 BALANCED = 1e-12
 """Relative gap at which the sides of a polygon are taken to close it."""
 
@@ -33,7 +35,7 @@ def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:
         moments: m_i R [kg m], shape (balls,).
         angles: theta_i [rad], shape (..., balls).
     """
-    return np.asarray(np.exp(1j * angles) @ moments)
+    return ordered_dot(np.exp(1j * angles), moments)
 
 
 def can_balance(unbalance: float, moments: Sequence[float]) -> bool:
@@ -54,7 +56,7 @@ def completed(unbalance: float, moments: Sequence[float], placed: np.ndarray) ->
         placed: angles of the last n - 2 balls [rad], shape (n - 2,).
     """
     one, two, *rest = moments
-    need = -unbalance - complex(np.array(rest) @ np.exp(1j * np.asarray(placed, float)))
+    need = -unbalance - complex(resultant(np.array(rest), np.asarray(placed, float)))
     far = abs(need)
     if not abs(one - two) <= far * (1.0 + BALANCED) or far > (one + two) * (1.0 + BALANCED):
         return None

@@ -73,8 +73,8 @@ def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapsh
         state, discrete_state = kept.state.copy(), kept.discrete_state.copy()
         if type(system.deck_model).AXES == 2:
             c, s = math.cos(further), math.sin(further)
-            deck_model = state[layout.deck].reshape(-1, 2)
-            state[layout.deck] = (deck_model @ np.array([[c, -s], [s, c]])).ravel()
+            x, y = state[layout.deck].reshape(-1, 2).T
+            state[layout.deck] = np.column_stack([c * x + s * y, c * y - s * x]).ravel()
         for ball, angle in enumerate(state[layout.angles].tolist()):
             within, turns = reduced(angle - further)
             state[layout.angles][ball] = within

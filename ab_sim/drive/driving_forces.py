@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.sums import over_effects
@@ -89,6 +90,6 @@ def _race_centres(trajectory: Trajectory, heights: tuple[float, ...]) -> np.ndar
         return place
     lift = np.zeros((len(heights), 3))
     lift[:, 2] = heights
-    # A row vector times the matrix from deck axes to inertial axes gives the components on deck
-    # axes.
-    return (place - lift) @ trajectory.turned + lift
+    # The transposed matrix turns from inertial axes to deck axes.
+    to_deck = trajectory.turned.swapaxes(1, 2)[:, None]
+    return ordered_dot(to_deck, (place - lift)[:, :, None]) + lift

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.sensing import Pickup
@@ -148,7 +149,7 @@ class RowReader:
         if "qw" in names:
             q = samples[:, [names.index(f"q{part}") for part in "wxyz"]]
             turn = np.array(turn_of(list(q.T))).reshape(3, 3, -1)
-            moved = moved + np.einsum("ijs,j->si", turn, point) - point
+            moved = moved + ordered_dot(turn.transpose(2, 0, 1), point) - point
         return moved
 
 

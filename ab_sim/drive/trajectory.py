@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ab_sim.base.errors import nearest, short
+from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.base.presentation import Column, Columns, Presented, ends, number
 from ab_sim.drive.orientation import NONE, matrix_of, tilt_of
 from ab_sim.drive.units import unit_of
@@ -276,8 +277,7 @@ class Trajectory(Presented):
     def _turning(self, first: str) -> np.ndarray:
         if not self.tilts:
             return np.zeros((len(self), 3))
-        vector = self._from(first, 3)[..., None]
-        return (self.turned @ vector)[..., 0]
+        return ordered_dot(self.turned, self._from(first, 3)[:, None])
 
     def _of_balls(self, what: str) -> np.ndarray:
         if not self.balls:

@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from ab_sim.analysis.metrics.judging import EachRun, JudgedRuns
+from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.engine.compiling import Cube, Table, compiled
 
@@ -206,9 +207,9 @@ class BroadBand:
         for position, angle in self._places:
             velocity = samples.velocity
             if samples.tilts:
-                turning = np.cross(samples.angular_velocity, samples.turned @ position)
-                # A row vector times the rotation matrix is rotated back to deck axes.
-                velocity = ((velocity + turning)[:, None, :] @ samples.turned)[:, 0]
+                turning = np.cross(samples.angular_velocity, ordered_dot(samples.turned, position))
+                to_deck = samples.turned.swapaxes(1, 2)
+                velocity = ordered_dot(to_deck, (velocity + turning)[:, None])
             cosine, sine = math.cos(angle), math.sin(angle)
             x, y = velocity[:, 0], velocity[:, 1]
             columns += [cosine * x + sine * y, cosine * y - sine * x, *velocity.T[2:]]

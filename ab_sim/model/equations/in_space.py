@@ -34,6 +34,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.model.equations.arrowhead import Arrow
 from ab_sim.model.equations.deck_model import deck_model
 from ab_sim.model.equations.motion import SpindleMotion
@@ -207,20 +208,23 @@ class InSpace(NamedTuple):
     ) -> float:
         """Return kinetic and stored energy [J]; the energy of gravity is 0 with C at the origin."""
         turn = np.array(turn_of(state[3:7].tolist())).reshape(3, 3)
-        velocity, omega = turn.T @ state[7:10], np.array(state[10:13])
+        velocity, omega = ordered_dot(turn.T, state[7:10]), np.array(state[10:13])
         shaft = np.array([0.0, 0.0, 1.0])
         moments = turned_second_moments(self.rotor_second, cos(psi), sin(psi))
         rotor = np.array([self.unbalance * cos(psi), self.unbalance * sin(psi), self.rotor_first_z])
         spinning = omega + speed * shaft
-        energy = 0.5 * (self.total_mass - float(np.sum(balls.mass))) * float(velocity @ velocity)
+        square = ordered_dot(velocity, velocity)
+        energy = 0.5 * (self.total_mass - float(np.sum(balls.mass))) * float(square)
         first = np.array(self.deck_first)
-        energy += float(velocity @ (np.cross(omega, first) + np.cross(spinning, rotor)))
-        energy += 0.5 * float(omega @ symmetric(self.deck_inertia) @ omega)
+        energy += float(ordered_dot(velocity, np.cross(omega, first) + np.cross(spinning, rotor)))
+        inertia = symmetric(self.deck_inertia)
+        energy += 0.5 * float(ordered_dot(omega, ordered_dot(inertia, omega)))
         tensor = symmetric(moments)
-        energy += 0.5 * float(spinning @ (np.trace(tensor) * np.eye(3) - tensor) @ spinning)
-        gravity = turn.T @ np.array(self.gravity)
-        energy -= float(gravity @ (first + rotor))
-        energy -= self.total_mass * float(np.array(self.gravity) @ state[:3])
+        inertia = np.trace(tensor) * np.eye(3) - tensor
+        energy += 0.5 * float(ordered_dot(spinning, ordered_dot(inertia, spinning)))
+        gravity = ordered_dot(turn.T, self.gravity)
+        energy -= float(ordered_dot(gravity, first + rotor))
+        energy -= self.total_mass * float(ordered_dot(self.gravity, state[:3]))
         n = balls.number
         theta, rate = state[13 : 13 + n], state[13 + n : 13 + 2 * n]
         on = on_race(effects, balls, np.cos(theta), np.sin(theta), rate)
@@ -228,7 +232,9 @@ class InSpace(NamedTuple):
         along = np.cross(shaft, normal)
         place = _each(on.h, n) * normal + _each(on.x, n) * along + _each(balls.height, n) * shaft
         moving = velocity + np.cross(spinning, place) + _each(on.path, n) * along
-        energies = 0.5 * balls.mass * np.sum(moving**2, axis=1) - balls.mass * (place @ gravity)
+        energies = 0.5 * balls.mass * np.sum(moving**2, axis=1) - balls.mass * ordered_dot(
+            place, gravity
+        )
         if any_has(effects, "ball_inertia"):
             surface = _each(balls.radius, n) * spinning - _each(on.path, n) * shaft
             inertia = over_effects(effects, "ball_inertia", 0.0, balls.each)
