@@ -77,6 +77,7 @@ def test_a_changed_scene_for_a_while(commands: list[Command], tmp_path: Path) ->
     commands.append(live)
     live.until("real-time factor")
     assert live.process.wait(60.0) == 0
+    assert "equal balls that start at one angle never part" in live.said.partition("starting")[0]
     recorded = read_recording(file)
     assert recorded.complete and recorded.missing == 0
     assert recorded.description["scene"]["balls"]["mass"] == 0.002

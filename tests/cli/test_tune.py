@@ -60,6 +60,23 @@ def test_where_nothing_is_found_it_names_no_best(tmp_path: Path) -> None:
     assert yaml.safe_load("null") is report["scene"]
 
 
+def test_it_says_which_candidates_do_not_count(tmp_path: Path) -> None:
+    done = ab_sim(
+        "tune", "balanced-start-up", "--set", "duration=2.5", "--runs", "16", *MASS,
+        "--minimise", "final_whirl_over_e", "--json", "t.json", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "t.json").read_text())
+    rows = zip(report["runs"]["outcome"], report["runs"]["final_whirl_over_e"], strict=True)
+    changing = [value for outcome, value in rows if outcome == "not balanced, still changing"]
+    better = sum(value < report["best"] for value in changing)
+    assert better > 0
+    assert (
+        f"not counted: {len(changing)} candidates, not balanced, still changing, {better} of them "
+        "better at their end than the best"
+    ) in " ".join(done.stdout.split())
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

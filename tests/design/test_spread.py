@@ -328,3 +328,12 @@ def test_rows_have_what_was_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_spread_that_is_a_number_is_one_error() -> None:
     with pytest.raises(InputError, match="spread of balls.mass = 0.05: must be a text such as"):
         ab_sim.robust("balanced-start-up", {"balls.mass": 0.05})  # type: ignore[dict-item]
+
+
+def test_drives_that_ring_down_balance() -> None:
+    scene = ab_sim.load_scene("balanced-start-up", ["duration=2.5"])
+    found = ab_sim.robust(scene, {"balls.mass": "5%"}, runs=16, sobol=0)
+    ringing = found.runs.outcomes["balanced, ringing down"]
+    assert 0 < ringing < 16 and found.share.balanced == ringing
+    chosen = found.runs["outcome"] == "balanced, ringing down"
+    assert found.runs["balanced"][chosen].all() and not found.runs["balanced"][~chosen].any()

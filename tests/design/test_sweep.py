@@ -231,3 +231,17 @@ def test_a_grid_becomes_an_xarray() -> None:
     assert data["balls.mass"].attrs["units"] == "kg"
     with pytest.raises(InputError, match="are not a grid"):
         swept("thesis-hold", ("balls.mass=1 g..2 g",), "lhs:3", *SMOOTH).to_xarray()
+
+
+def test_a_small_file_of_too_many_rows_is_refused_by_its_head(tmp_path: Path) -> None:
+    """Runs of one value take next to nothing in a file; its stated rows are looked at first."""
+    file = tmp_path / "many.parquet"
+    table = pyarrow.table({"run": np.zeros(1 << 20, np.int8)})
+    with pyarrow.parquet.ParquetWriter(file, table.schema) as writer:
+        for _ in range(10):
+            writer.write_table(table)
+    assert file.stat().st_size < 50_000
+    before = pyarrow.total_allocated_bytes()
+    with pytest.raises(InputError, match="has 10485760 rows; must have at most 10000000"):
+        open_sweep(file)
+    assert pyarrow.total_allocated_bytes() - before < 1 << 20

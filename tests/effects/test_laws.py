@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+from ab_sim.base.errors import SceneError
+from ab_sim.drive import Drive
 from ab_sim.model.equations.effects.ball_contact import BallContact
 from ab_sim.model.equations.effects.gravity import Gravity
 from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
@@ -14,6 +16,7 @@ from ab_sim.model.equations.effects.race_runout import RaceRunout
 from ab_sim.model.equations.effects.suspension import Suspension
 from ab_sim.model.equations.effects.unequal_suspension import UnequalSuspension
 from ab_sim.model.equations.motion import DeckMotion
+from ab_sim.scene import load_scene
 
 R = 0.01
 OVAL = RaceRunout(offset_1=3e-4, offset_2=-2e-4, lobe=4e-4, lobe_angle=0.3)
@@ -133,3 +136,11 @@ def test_balls_bounce_down_to_ten_micrometres_a_second() -> None:
     law = BallContact(0.7)
     assert law.restitution(1.01e-5) == 0.7
     assert law.restitution(0.99e-5) == law.restitution(0.0) == law.restitution(-1.0) == 0.0
+
+
+def test_a_motor_is_switched_off_by_its_limit_not_by_its_gain() -> None:
+    with pytest.raises(SceneError, match=r"gain = 0: must be more than 0; .*off: torque_limit 0"):
+        load_scene("weak-motor", ["effects.motor.proportional_gain=0"])
+    off = ["effects.motor.torque_limit=0", "effects.motor.back_emf_slope=0"]
+    run = Drive(load_scene("weak-motor", off)).advance(200)
+    assert not run["motor_torque"].any() and run["speed"][-1] < run["command"][-1] - 5.0
