@@ -3,7 +3,7 @@
 import numpy as np
 
 import ab_sim
-from ab_sim.show.figures.tuning import LEFT_OUT
+from ab_sim.show.many_runs import LEFT_OUT
 
 MASS = {"balls.mass": "0.5 g..0.9 g"}
 
