@@ -22,6 +22,7 @@ ORDER = (
         "base.files",
         "base.interruption",
         "base.numbers",
+        "base.ordered_sum",
         "base.palette",
         "base.plug_ins",
         "base.presentation",
