@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.integrate import ODEintWarning, odeint, solve_ivp
@@ -15,9 +15,9 @@ from scipy.integrate import ODEintWarning, odeint, solve_ivp
 from ab_sim.analysis.accuracy_cost.problem import (
     INSTANTS,
     RightHandSide,
-    RunEnergies,
     SampleTimes,
     SmoothInterval,
+    energy_error,
 )
 from ab_sim.base.errors import AbSimError, DivergedError
 from ab_sim.drive import Drive
@@ -112,24 +112,17 @@ class OwnStepper:
                 energies.append(drive.energy())
         except DivergedError:
             return None
-        return RunEnergies(energies).error()
+        return energy_error(energies)
 
 
 ABSOLUTE = 0.01
 """Absolute tolerance, divided by the relative tolerance and the state's magnitude."""
 
 
-class IntervalOutcome(NamedTuple):
-    """Result of integrating one leg."""
-
-    states: np.ndarray
-    """States on the leg's grid, shape (times, states)."""
-    evaluations: int
-
-
-LegSolver = Callable[[SmoothInterval, np.ndarray, float, np.ndarray], IntervalOutcome]
+LegSolver = Callable[[SmoothInterval, np.ndarray, float, np.ndarray], tuple[np.ndarray, int]]
 """Function of a leg, the state at its begin, and relative and absolute tolerances.
 
+It returns the states on the leg's grid, shape (times, states), and the number of evaluations.
 It raises FailedError if it cannot finish.
 """
 
@@ -210,7 +203,7 @@ _ODEINT: Any = odeint
 
 def _solve_ivp(
     method: str, leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
-) -> IntervalOutcome:
+) -> tuple[np.ndarray, int]:
     grid = leg.grid
     done = _SOLVE_IVP(
         leg.f,
@@ -223,12 +216,12 @@ def _solve_ivp(
     )
     if not done.success:
         raise FailedError(f"gave up: {done.message}")
-    return IntervalOutcome(done.y.T, done.nfev)
+    return done.y.T, done.nfev
 
 
 def lsoda(
     leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
-) -> IntervalOutcome:
+) -> tuple[np.ndarray, int]:
     """Integrate a leg by LSODA through ``odeint``.
 
     Its loop is compiled; that of solve_ivp is Python and 3 x slower. LSODA integrates past the
@@ -249,7 +242,7 @@ def lsoda(
             )
         except ODEintWarning as warning:
             raise FailedError(f"gave up: {warning}") from warning
-    return IntervalOutcome(states, int(done["nfe"][-1]))
+    return states, int(done["nfe"][-1])
 
 
 dop853: LegSolver = partial(_solve_ivp, "DOP853")
@@ -278,7 +271,7 @@ def _solve_by_cvode(
     state: np.ndarray,
     relative: float,
     absolute: np.ndarray,
-) -> IntervalOutcome:
+) -> tuple[np.ndarray, int]:
     cvode = solver(
         leg.fill,
         method=method,
@@ -292,4 +285,4 @@ def _solve_by_cvode(
         raise FailedError(f"gave up: {error}") from error
     if not done.success:
         raise FailedError(f"gave up: {done.message}")
-    return IntervalOutcome(done.y, int(done.nfev))
+    return done.y, int(done.nfev)

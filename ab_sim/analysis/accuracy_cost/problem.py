@@ -109,21 +109,15 @@ INSTANTS = 200
 """Approximate number of instants per run at which energies are evaluated, in slow Python."""
 
 
-class RunEnergies(NamedTuple):
-    """Energies at some instants of a run."""
+def energy_error(energies: list[EnergyBalance]) -> float:
+    """Return the largest |stored - at start - motor work + dissipated| at some instants of a run.
 
-    energies: list[EnergyBalance]
-
-    def error(self) -> float:
-        """Return the largest |stored - at start - motor work + dissipated|, dimensionless.
-
-        It is divided by the largest stored, supplied or dissipated energy since the start.
-        """
-        table = np.array(self.energies)
-        stored, start, work, dissipated = table.T
-        size = max(float(np.abs(column).max()) for column in (stored - start, work, dissipated))
-        gap = float(np.abs(stored - start - work + dissipated).max())
-        return gap / size if size > 0.0 else 0.0
+    It is divided by the largest stored, supplied or dissipated energy since the start.
+    """
+    stored, start, work, dissipated = np.array(energies).T
+    size = max(float(np.abs(column).max()) for column in (stored - start, work, dissipated))
+    gap = float(np.abs(stored - start - work + dissipated).max())
+    return gap / size if size > 0.0 else 0.0
 
 
 def energy_balance_refusal(scene: Scene) -> str:
@@ -209,14 +203,14 @@ class RightHandSide:
     def energy_error(self, states: np.ndarray) -> float:
         """Return a run's error of the energy balance, from its states at the sample times."""
         before = self._stored(self.start, 0.0)
-        return RunEnergies(
+        return energy_error(
             [
                 EnergyBalance(
                     self._stored(state, float(t)), before, float(state[-2]), float(state[-1])
                 )
                 for t, state in zip(self.sampling.times, states, strict=True)
             ]
-        ).error()
+        )
 
     def _stored(self, state: np.ndarray, time: float) -> float:
         psi, speed = self.profile.angle(time), self.profile.speed(time)

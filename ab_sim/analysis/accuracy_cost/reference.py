@@ -21,14 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from ab_sim.analysis.accuracy_cost.methods import (
-    ByTolerance,
-    FailedError,
-    OwnStepper,
-    dop853,
-    lsoda,
-    radau,
-)
+from ab_sim.analysis.accuracy_cost.methods import SCIPY, ByTolerance, FailedError, OwnStepper
 from ab_sim.analysis.accuracy_cost.problem import LADDER, RightHandSide, SampleTimes
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation, rounding
@@ -76,17 +69,7 @@ class CollocationSteps(NamedTuple):
     """State at a node, shape (states,)."""
 
 
-class Clock(NamedTuple):
-    """Times of consecutive steps."""
-
-    begin: float
-    """Local time at the begin [s]."""
-    length: float
-    """Length of each step [s]."""
-    steps: int
-
-
-def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return the Lagrange basis l_j on ``nodes`` at the points ``at``, shape (at, nodes)."""
     rows = [[np.prod([(t - y) / (x - y) for y in nodes if y != x]) for x in nodes] for t in at]
     return np.array(rows)
@@ -98,7 +81,7 @@ def integration(nodes: np.ndarray) -> np.ndarray:
     Integrating in the monomial basis would lose four digits at eight nodes.
     """
     x, w = legendre.leggauss((len(nodes) + 1) // 2)
-    return np.array([c / 2.0 * (w @ lagrange(nodes, c * (x + 1.0) / 2.0)) for c in nodes])
+    return np.array([c / 2.0 * (w @ _lagrange(nodes, c * (x + 1.0) / 2.0)) for c in nodes])
 
 
 def gauss_nodes(count: int = NODES) -> CollocationCoefficients:
@@ -135,7 +118,7 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
             steps = math.ceil((end - begin) / longest - 1e-9)
             length = (end - begin) / steps
             local = begin - leg.start
-            if not compiled(take_steps)(steps_of, Clock(local, length, steps), state):
+            if not compiled(take_steps)(steps_of, local, length, steps, state):
                 raise FailedError(
                     f"collocation does not converge at t = {begin:.6g} s with steps of {length:g} s"
                 )
@@ -144,16 +127,12 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     return np.concatenate(kept)
 
 
-def take_steps(collocation_steps: CollocationSteps, clock: Clock, state: Floats) -> bool:
-    """Take collocation steps; update ``state`` and its compensation ``collocation_steps.rest``.
+def take_steps(
+    collocation_steps: CollocationSteps, begin: float, length: float, steps: int, state: Floats
+) -> bool:
+    """Take steps of one length from a local time [s]; return whether the iterations converged.
 
-    Args:
-        collocation_steps: equations, method and work arrays.
-        clock: begin, length and number of the steps.
-        state: state at the begin, shape (states,); overwritten by the state at the end.
-
-    Returns:
-        Whether the iterations converged.
+    ``state`` and its compensation ``collocation_steps.rest`` are overwritten. To be compiled.
     """
     field, slopes, ahead, trial, rest = (
         collocation_steps.field,
@@ -163,8 +142,8 @@ def take_steps(collocation_steps: CollocationSteps, clock: Clock, state: Floats)
         collocation_steps.rest,
     )
     count, states = collocation_steps.c.size, state.size
-    for step in range(clock.steps):
-        time = clock.begin + step * clock.length
+    for step in range(steps):
+        time = begin + step * length
         call(field.slope, field.c, field.b, state, trial, time)
         for i in range(count):
             for j in range(states):
@@ -178,14 +157,12 @@ def take_steps(collocation_steps: CollocationSteps, clock: Clock, state: Floats)
                 for j in range(states):
                     total = rest[j]
                     for k in range(count):
-                        total += clock.length * collocation_steps.a[i, k] * slopes[k, j]
+                        total += length * collocation_steps.a[i, k] * slopes[k, j]
                     trial[j] = state[j] + total
-                at = time + collocation_steps.c[i] * clock.length
+                at = time + collocation_steps.c[i] * length
                 call(field.slope, field.c, field.b, trial, ahead[i], at)
                 for j in range(states):
-                    moved = (
-                        abs(ahead[i, j] - slopes[i, j]) * clock.length / collocation_steps.scale[j]
-                    )
+                    moved = abs(ahead[i, j] - slopes[i, j]) * length / collocation_steps.scale[j]
                     # Negated comparison, so that a NaN counts as a change.
                     if not moved <= change:
                         change = moved
@@ -203,7 +180,7 @@ def take_steps(collocation_steps: CollocationSteps, clock: Clock, state: Floats)
         for j in range(states):
             total = rest[j]
             for k in range(count):
-                total += clock.length * collocation_steps.b[k] * slopes[k, j]
+                total += length * collocation_steps.b[k] * slopes[k, j]
             summed = state[j] + total
             rest[j] = total - (summed - state[j])
             state[j] = summed
@@ -278,8 +255,7 @@ def smooth_reference(f: RightHandSide) -> Reference:
 
 
 def _by_tolerance(f: RightHandSide, name: str, tolerance: float) -> Samples:
-    solver = {"DOP853": dop853, "LSODA": lsoda, "Radau": radau}[name]
-    run = ByTolerance(f, None, name, solver, tolerance)
+    run = ByTolerance(f, None, name, SCIPY[name], tolerance)
     return run.samples(run.run())
 
 

@@ -144,19 +144,8 @@ Orders = tuple[complex, complex, complex]
 """Factors of the second derivative, the first derivative and the function itself."""
 
 
-def growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex) -> np.ndarray:
-    """Return eigenvalues [1/s], complex, by falling real part, without the structural zero.
-
-    Args:
-        drive: parameters of the drive.
-        w: spindle speed [rad/s], above 0.
-        count: number p of balls in the bunch.
-        s: speed of the bunch [rad/s].
-        z: displacement of the deck [m] in axes that turn at s, with the bunch at angle 0.
-
-    Returns:
-        Eigenvalues, shape (5 + 2 (p - 1),).
-    """
+def _growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex) -> np.ndarray:
+    """Return eigenvalues [1/s] by falling real part, shape (5 + 2 (p - 1),), without the zero."""
     orders = _equations(drive, w, count, s, z)
     size = len(orders[0])
     inverse = np.linalg.inv(orders[0])
@@ -260,7 +249,7 @@ class CirculatingBunch:
         They belong to the averaged equations, without the zero eigenvalue of a shift in time.
         """
         s, w = abs(self.speed), abs(self.spindle_speed)
-        return growth_rates(self.drive, w, self.count, s, self.W * cmath.exp(-1j * self.angle))
+        return _growth_rates(self.drive, w, self.count, s, self.W * cmath.exp(-1j * self.angle))
 
     @property
     def lambda_max(self) -> float:

@@ -20,7 +20,7 @@ from ab_sim.model.dynamics.system import (
 )
 from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
 from ab_sim.model.equations.effects.suspension import Suspension
-from ab_sim.model.spindle import SpeedSchedule
+from ab_sim.model.spindle import ScheduledSegment, SpeedSchedule
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Spindle, Start
 
@@ -94,12 +94,15 @@ def _what_turns(scene: Scene) -> str:
     return ", ".join(names) or "deck_model"
 
 
+def constant(speed: float) -> ScheduledSegment:
+    """Return the segment of a constant speed [rad/s]."""
+    return SpeedSchedule.constant(speed).segment_at(0.0)
+
+
 def field_at(system: System, speed: float) -> VectorField:
     """Return the equations of a ``resting_system`` at a constant speed [rad/s]."""
-    scheduled = SpeedSchedule.constant(speed, 0.0).segment_at(0.0)
-    return VectorField(
-        system, scheduled, np.zeros((len(system.balls) + 1, DISCRETE_COLUMNS), np.int64)
-    )
+    branches = np.zeros((len(system.balls) + 1, DISCRETE_COLUMNS), np.int64)
+    return VectorField(system, constant(speed), branches)
 
 
 def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> np.ndarray:

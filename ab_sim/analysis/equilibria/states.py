@@ -26,7 +26,7 @@ TOGETHER = 1e-9
 """Angle below which balls are at one place [rad]."""
 
 
-class EigenvalueSpectrum(NamedTuple):
+class _Spectrum(NamedTuple):
     """Eigenvalues by falling real part, with bounds of their rounding errors."""
 
     values: np.ndarray
@@ -45,17 +45,10 @@ class EigenvalueSpectrum(NamedTuple):
         return float(self.values.real[first]), float(self.doubts[near].max())
 
 
-def spectrum_of(
+def _spectrum(
     jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray, kinds: Sequence[int]
-) -> EigenvalueSpectrum:
-    """Return the eigenvalues of a Jacobian at a state with balls at ``theta``.
-
-    Args:
-        jacobian: exact Jacobian, shape (states, states).
-        layout: layout of the states.
-        theta: ball angles [rad], shape (n,).
-        kinds: kind of each ball; equal balls share a number.
-    """
+) -> _Spectrum:
+    """Return the eigenvalues of a Jacobian; ``kinds`` numbers each ball, equal balls alike."""
     groups = _together(theta, kinds)
     size, first = layout.size, layout.rates.start
     common = np.zeros((size, size - 2 * (len(theta) - len(groups))))
@@ -76,43 +69,27 @@ def spectrum_of(
     return _sorted(modes)
 
 
-def balanced_spectrum(
-    jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray
-) -> EigenvalueSpectrum:
-    """Return the eigenvalues of a Jacobian if three or more equal balls balance.
+def _balanced_spectrum(jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray) -> _Spectrum:
+    """Return the eigenvalues if three or more equal balls balance, in an isotropic suspension.
 
-    Args:
-        jacobian, layout, theta: as for ``spectrum_of``, in an isotropic suspension.
-    """
-    basis, across = reaching_the_deck(layout, theta)
-    alone = across.T @ jacobian @ across
-    once = _eigenvalues(basis.T @ jacobian @ basis)
-    return _sorted([once, *[_eigenvalues(alone)] * (len(theta) - 2)])
-
-
-def reaching_the_deck(layout: StateLayout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a basis of motions that act on the deck, and one motion that does not.
-
-    There must be three or more balls.
-
-    Returns:
-        Orthonormal columns. First: the deck's states, two combinations of angles and the same two
-        of rates. Second: one further combination of angles and of rates, which represents n - 2
-        equivalent ones.
+    The deck, two combinations of angles and the same two of rates act on each other. One further
+    combination of angles and of rates represents n - 2 equivalent ones.
     """
     along = np.linalg.svd(np.array([-np.sin(theta), np.cos(theta)]))[2]
     felt, apart = np.zeros((layout.size, layout.deck.stop + 4)), np.zeros((layout.size, 2))
     felt[layout.deck, layout.deck] = np.eye(layout.deck.stop)
     felt[layout.angles, -4:-2] = felt[layout.rates, -2:] = along[:2].T
     apart[layout.angles, 0] = apart[layout.rates, 1] = along[2]
-    return felt, apart
+    alone = apart.T @ jacobian @ apart
+    once = _eigenvalues(felt.T @ jacobian @ felt)
+    return _sorted([once, *[_eigenvalues(alone)] * (len(theta) - 2)])
 
 
-def _sorted(spectra: Sequence[tuple[np.ndarray, np.ndarray]]) -> EigenvalueSpectrum:
+def _sorted(spectra: Sequence[tuple[np.ndarray, np.ndarray]]) -> _Spectrum:
     values = np.concatenate([values_and_doubts[0] for values_and_doubts in spectra])
     doubts = np.concatenate([values_and_doubts[1] for values_and_doubts in spectra])
     order = np.lexsort((values.imag, -values.real))
-    return EigenvalueSpectrum(values[order], doubts[order])
+    return _Spectrum(values[order], doubts[order])
 
 
 def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
@@ -235,9 +212,9 @@ def resting_state(
     field, theta = field_at(system, speed), in_one_turn(np.asarray(theta, float))
     jacobian = field.jacobian(0.0, state_of(system, speed, u, theta))
     if balance_alike:
-        spectrum = balanced_spectrum(jacobian, field.layout, theta)
+        spectrum = _balanced_spectrum(jacobian, field.layout, theta)
     else:
-        spectrum = spectrum_of(jacobian, field.layout, theta, kinds_of(system))
+        spectrum = _spectrum(jacobian, field.layout, theta, kinds_of(system))
     largest, doubt = spectrum.largest(structural_zeros)
     return RestingState(
         label, u, theta, spectrum.values, structural_zeros, largest, doubt, assignments

@@ -27,7 +27,7 @@ from ab_sim.analysis.equilibria.finder import (
 )
 from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed, interval_of
 from ab_sim.analysis.equilibria.patterns import Fold
-from ab_sim.analysis.equilibria.resting import field_at, state_of
+from ab_sim.analysis.equilibria.resting import constant, field_at, state_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.base.presentation import Progress
 from ab_sim.model.dynamics.system import System
@@ -54,6 +54,7 @@ class EquilibriumCurve:
     def __init__(self, system: System, fastest: float) -> None:
         self.system, self.fastest = system, fastest
         self.scales: Scales = scales_of(system, fastest)
+        self._field = field_at(system, fastest)
 
     def z(self, point: CurvePoint) -> np.ndarray:
         """Return the scaled coordinates of a point."""
@@ -66,7 +67,7 @@ class EquilibriumCurve:
     def off(self, z: np.ndarray) -> np.ndarray:
         """Return the scaled residual, which is 0 on the curve."""
         speed, state, _ = self.point(z)
-        slope = field_at(self.system, speed).slope(0.0, state)
+        slope = self._field.at(constant(speed)).slope(0.0, state)
         return slope / (self.scales.state * self.scales.rate)
 
     def ways(self, z: np.ndarray) -> np.ndarray:
@@ -76,7 +77,8 @@ class EquilibriumCurve:
         only.
         """
         speed, state, _ = self.point(z)
-        jacobian = scaled_jacobian(field_at(self.system, speed).jacobian(0.0, state), self.scales)
+        field = self._field.at(constant(speed))
+        jacobian = scaled_jacobian(field.jacobian(0.0, state), self.scales)
         h = np.zeros(len(z))
         h[-1] = 1e-5 * abs(z[-1]) + 1e-9
         along = (self.off(z + h) - self.off(z - h)) / (2.0 * h[-1])

@@ -54,38 +54,34 @@ class Solution(NamedTuple):
         return {**self._asdict(), "multipliers": multipliers}
 
 
-class SolutionSearch(NamedTuple):
-    """Search of a solution: on the line through two states, then from named starts."""
-
-    way: tuple[list[float], list[float]] | None
-    """States of two solutions, the second being nearer; None to use starts only."""
-    share: float
-    """Position along the line; above 1 it is beyond the second state."""
-    starts: Sequence[str]
-    """Names in ``STARTS`` for use if the line gives no solution; empty for no further search."""
+Way = tuple[list[float], list[float]]
+"""States of two solutions, the second being nearer to the one that is sought."""
 
 
-def solution(scene: Scene, speed: float, search: SolutionSearch) -> tuple[Solution | None, bool]:
-    """Return the first solution found, and whether it was found from a named start.
-
-    Raises:
-        SceneError, InputError: see ``TurnMap``.
-    """
-    kept = ResultCache(solved).of(
-        scene, speed=speed, way=search.way, share=search.share, starts=list(search.starts)
-    )
+def _solution(
+    scene: Scene, speed: float, way: Way | None, share: float, starts: Sequence[str]
+) -> tuple[Solution | None, bool]:
+    """Return ``solved``, from the disk cache if it was computed before."""
+    kept = ResultCache(solved).of(scene, speed=speed, way=way, share=share, starts=list(starts))
     return (None if kept["found"] is None else Solution.of(kept["found"])), kept["new"]
 
 
 def solved(
-    scene: Scene,
-    *,
-    speed: float,
-    way: tuple[list[float], list[float]] | None,
-    share: float,
-    starts: list[str],
+    scene: Scene, *, speed: float, way: Way | None, share: float, starts: list[str]
 ) -> Result:
-    """Return the result of ``solution`` as JSON-able values."""
+    """Return the first solution found, and whether it was found from a named start.
+
+    Args:
+        scene: scene; its profile is ignored.
+        speed: spindle speed w [rad/s].
+        way: states of two solutions, on whose line the search begins; None to use starts only.
+        share: position along the line; above 1 it is beyond the second state.
+        starts: names in ``STARTS`` for use if the line gives no solution; empty for no further
+            search.
+
+    Raises:
+        SceneError, InputError: see ``TurnMap``.
+    """
     turn = TurnMap(scene, speed)
     if way is not None and len(way[1]) == len(way[0]) == turn.layout.size:
         one, other = map(np.array, way)
@@ -242,7 +238,7 @@ def follow(
     for done, value in enumerate(map(float, values), start=1):
         scene, speed = case(value)
         points.append(
-            FollowedPoint(value, speed, *solution(scene, speed, _search(points, value, starts)))
+            FollowedPoint(value, speed, *_solution(scene, speed, *_search(points, value), starts))
         )
         if len(points) > 1 and not points[-1].new:
             borders += _border(case, *points[-2:])
@@ -250,16 +246,16 @@ def follow(
     return Followed(over, tuple(points), tuple(borders), scene.name)
 
 
-def _search(points: Sequence[FollowedPoint], value: float, starts: Sequence[str]) -> SolutionSearch:
-    """Return the search at a value, extrapolated from the previous points."""
+def _search(points: Sequence[FollowedPoint], value: float) -> tuple[Way | None, float]:
+    """Return the line through previous solutions and the position on it; None without one."""
     if not points or (last := points[-1]).found is None:
-        return SolutionSearch(None, 1.0, starts)
+        return None, 1.0
     before = points[-2] if len(points) > 1 and not last.new else last
     assert before.found is not None
     share = 1.0
     if last.value != before.value:
         share = (value - before.value) / (last.value - before.value)
-    return SolutionSearch((before.found.start, last.found.start), share, starts)
+    return (before.found.start, last.found.start), share
 
 
 def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border]:
@@ -273,9 +269,7 @@ def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border
     def at(value: float) -> tuple[float, Solution]:
         scene, speed = case(value)
         share = (value - one.value) / (other.value - one.value)
-        solution_here, _ = solution(
-            scene, speed, SolutionSearch((first.start, last.start), share, ())
-        )
+        solution_here, _ = _solution(scene, speed, (first.start, last.start), share, ())
         if solution_here is None:
             raise _Lost
         return speed, solution_here

@@ -234,23 +234,15 @@ TURNS = 500
 """Largest number of spindle revolutions for settling."""
 
 
-def from_start(turn: TurnMap) -> np.ndarray:
-    """Return the initial state of the scene."""
-    return turn.scene_start()
-
-
-def from_balance(turn: TurnMap) -> np.ndarray:
-    """Return the deck at rest, with balls at their best balancing positions.
-
-    The position nearest to evenly spread balls is chosen; more than two balls have many.
-    """
+def _from_balance(turn: TurnMap) -> np.ndarray:
+    """Return the deck at rest, with balls at the balanced position nearest to evenly spread."""
     state = np.zeros(turn.layout.size)
     state[turn.layout.deck] = turn.rest()
     state[turn.layout.angles] = balanced_angles(turn)
     return state
 
 
-def from_settling(turn: TurnMap) -> np.ndarray:
+def _from_settling(turn: TurnMap) -> np.ndarray:
     """Return the state after up to ``TURNS`` revolutions at constant speed from the scene's start.
 
     Raises:
@@ -267,9 +259,9 @@ def from_settling(turn: TurnMap) -> np.ndarray:
 
 
 STARTS: Mapping[str, Callable[[TurnMap], np.ndarray]] = {
-    "start": from_start,
-    "balanced": from_balance,
-    "settled": from_settling,
+    "start": TurnMap.scene_start,
+    "balanced": _from_balance,
+    "settled": _from_settling,
 }
 """Starting states by name, in the order in which they are tried."""
 

@@ -1,10 +1,11 @@
 """Evaluate the equations of motion: f, and its exact derivatives."""
 
+import copy
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.engine.compiling.kinds import Floats
+from ab_sim.engine.compiling.kinds import Floats, aligned
 from ab_sim.engine.events.run_arrays import branches_of
 from ab_sim.engine.kernels.code import called, caller, code_of
 from ab_sim.engine.kernels.tangent import lanes_for, tangent_address
@@ -63,6 +64,16 @@ class VectorField:
         self._lanes, self._time = lanes_for(len(system.balls)), np.zeros(1)
         self._function = caller(4, 1)(self._code.address("slope"))
         self._pointers = self._c.ctypes.data, self._b.ctypes.data
+
+    def at(self, scheduled: ScheduledSegment) -> "VectorField":
+        """Return the same equations on another segment of the same kind, in a tenth of the time."""
+        other = copy.copy(self)
+        other.scheduled, other._c = scheduled, aligned(self._c.shape)
+        other._c[:] = self._c
+        place = place_on(scheduled)
+        self._code.put_place(other._c, [*place.segment, *place[1:]])
+        other._pointers = other._c.ctypes.data, other._b.ctypes.data
+        return other
 
     @property
     def emitted(self) -> Field:
