@@ -44,9 +44,9 @@ def sweep(
     scene : Scene, str or Path
         Scene to run, or its name or file.
     over : mapping of str
-        By dotted key, its values: a list, or a text, ``"0.5 g..3 g:26"`` (evenly spaced),
-        ``"log:0.1..10:20"`` or ``"0.001,0.002"``. All combinations are run. For a design, two
-        numbers or a text, ``"0.1..10"`` or ``"log:0.1..10"``.
+        Values of each dotted key: a list, or a text, ``"0.5 g..3 g:26"`` (evenly spaced),
+        ``"log:0.1..10:20"`` or ``"0.001,0.002"``. All combinations are run. For a design, the
+        range of each key: two numbers, or a text, ``"0.1..10"`` or ``"log:0.1..10"``.
     metrics : iterable of str, optional
         Names of numeric metrics; ``ab-sim metrics`` lists them.
     design : str, optional
@@ -60,7 +60,7 @@ def sweep(
         Address of a Dask cluster to use instead of local processes, e.g. ``"tcp://10.0.0.1:8786"``;
         its workers need the same version of ab_sim.
     progress : callable, optional
-        Called with the present work, the number of finished runs and the total.
+        Called with the name of the current work, the number of finished runs and the total.
 
     Returns
     -------
@@ -253,7 +253,7 @@ def robust(
     scheduler : str, optional
         Address of a Dask cluster that does the work instead; see ``sweep``.
     progress : callable, optional
-        Called with the present work, the number of finished runs and the total.
+        Called with the name of the current work, the number of finished runs and the total.
 
     Returns
     -------

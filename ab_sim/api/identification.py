@@ -67,7 +67,7 @@ def identify(
     workers : int, default 1
         Number of processes for a long search; any number gives the same bits.
     progress : callable, optional
-        Called with the present work, the finished count and the total.
+        Called with the name of the current work, the finished count and the total.
 
     Returns
     -------

@@ -86,7 +86,7 @@ def branches(
         Speeds at which stability is computed [rad/s], above 0 and increasing; default: 120 up to
         ``spindle.max_speed``, and more about the critical speed.
     progress : callable, optional
-        Called with the present work, the finished count and the total.
+        Called with the name of the current work, the finished count and the total.
 
     Returns
     -------
@@ -291,7 +291,7 @@ def recovery(
     band : float, default 1e-9
         Half-width of the band around the steady whirl in which the run counts as settled [m].
     progress : callable, optional
-        Called with the present work, the finished count and the total.
+        Called with the name of the current work, the finished count and the total.
 
     Returns
     -------
@@ -353,7 +353,8 @@ def stability_map(
         Spacing of the points that are computed first, a power of two. Regions of fewer points may
         be missed; 1 computes every point.
     progress : callable, optional
-        Called with the present work, the number of finished points and the total so far.
+        Called with the name of the current work, the number of finished points and the total
+        so far.
 
     Returns
     -------

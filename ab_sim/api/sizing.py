@@ -89,7 +89,7 @@ def size(
     scheduler : str, optional
         Address of a Dask cluster that does the work instead; see ``sweep``.
     progress : callable, optional
-        Called with the present work, the number of finished runs and the total.
+        Called with the name of the current work, the number of finished runs and the total.
 
     Returns
     -------

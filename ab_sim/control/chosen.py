@@ -64,7 +64,7 @@ UP = 0.55
 DOWN = 0.1
 """... by this ratio per time, and falls again while |q| falls."""
 AWAY = 0.3
-"""Largest rise of the ratio, after which the dwell ends."""
+"""Rise of the ratio at which the dwell ends."""
 FALLING = 0.5
 """Rate at which |q| must fall, or it counts as stagnant; for a critical speed of half the final
 speed."""

@@ -404,7 +404,7 @@ def open_sweep(path: Path | str) -> Sweep:
     Raises
     ------
     InputError
-        The file cannot be read, or has another content; the message has file and reason.
+        The file cannot be read, or is not a sweep's; the message states file and reason.
 
     Examples
     --------

@@ -167,7 +167,8 @@ def _move_ball(
         off = math.dist(place, _on_race(scene, ball, angle))
         if off > OFF_RACE * radius:
             raise InputError(
-                f"{name}: position is {off:g} m off its race; must be within {OFF_RACE * radius:g}"
+                f"{name}: position is {off:g} m off its race; must be within "
+                f"{OFF_RACE * radius:g} m"
             )
         further = angle - now.psi - float(now.theta[ball])
         within, turns = reduced(float(kept.state[layout.angles][ball]) + further)

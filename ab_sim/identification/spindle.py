@@ -41,7 +41,7 @@ def angle_from_pulses(
 
     Args:
         time: times of the samples [s].
-        reading: finite reading of the pick-up, in any unit.
+        reading: finite reading of the keyphasor's sensor, in any unit.
         per_turn: pulses per turn.
         name: name of the recording.
 

@@ -105,10 +105,10 @@ class AccuracyCost(Presented):
     duration: float
     """Time that was simulated and compared [s]."""
     period: float
-    """Period of the samples at which peers are compared [s], and steppers without steps that end at
-    further samples of the reference."""
+    """Period of the samples at which all methods are compared [s]."""
     reference_period: float
-    """Period of the reference's samples [s]; steppers are compared at those where a step ends."""
+    """Period of the reference's samples [s]; steppers are compared at all of those where a step
+    ends."""
     unit_length: float
     """Unit of errors in whirl [m]: e, or the race's radius for a rotor without unbalance."""
     unit: str

@@ -99,7 +99,7 @@ class SettlingConclusion:
 
     def __init__(self, runs: JudgedRuns, passage: PassageAccumulator) -> None:
         self.found: list[float | None] = [None] * len(runs)
-        """Settling period [s]; see ``settling_begins``."""
+        """Settling period of each run [s], from ``settling_begins``; None if it does not end."""
         for run, passed in enumerate(passage.found):
             begins = None if passed is None else settling_begins(runs.scenes[run])
             if passed is not None and begins is not None:

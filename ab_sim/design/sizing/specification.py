@@ -122,7 +122,7 @@ def specification_of(texts: SpecificationTexts) -> DriveSpecification:
     width = _positive("race-width", texts.race_width, "m")
     if width > radius:
         raise InputError(
-            f"race-width = {exact(width)} m: is the space for a ball's diameter, must be at most "
+            f"race-width = {exact(width)} m: is the largest diameter of a ball; must be at most "
             f"race-radius = {exact(radius)} m"
         )
     least, largest = _unbalance(texts, mass, speed)

@@ -16,7 +16,7 @@ class Conditions(Expressions):
     def _Compare(self, node: ast.Compare) -> Value:
         for op in node.ops:
             if type(op) not in COMPARED:
-                self.fail(node, f"'{ast.unparse(node)}'", "write ==, and 'or' between several")
+                self.fail(node, f"'{ast.unparse(node)}'", "write ==, as in a == b or a == c")
         last = [self.number(node.left)]
 
         def step(op: ast.cmpop, right: ast.AST) -> Number:

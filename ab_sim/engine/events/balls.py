@@ -59,7 +59,7 @@ def gap(balls: BallEvents, k: int) -> float:
 
 
 def gap_between(balls: BallEvents, k: int, i: int, j: int) -> float:
-    """Return the distance along the race between balls i and j, which are at contact k [m]."""
+    """Return the distance along the race between balls i and j, the pair of contact k [m]."""
     discrete, constants = balls.discrete, balls.constants
     turns = (discrete[j, TURNS] - constants[j, FIRST_TURNS]) - (
         discrete[i, TURNS] - constants[i, FIRST_TURNS]

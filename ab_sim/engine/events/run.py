@@ -148,9 +148,9 @@ class ImplicitWork(NamedTuple):
     """Data of an implicit step, see ``stepping.implicit``; empty arrays for other steppers."""
 
     slope: int
-    """Address of the emitted slope(c, b, y, k, time)."""
+    """Address of the emitted slope(c, b, y, k, time); see ``ab_sim.engine.kernels``."""
     tangent: int
-    """Address of the emitted tangent(c, b, t, y, d, out)."""
+    """Address of the emitted tangent(c, b, t, y, d, out); see ``tangent_address``."""
     mass: float
     """Parameter alpha_m of the method: fraction of the step at which y' is evaluated."""
     force: float
@@ -210,6 +210,12 @@ def evaluate(run: Run, time: float, state: Floats, slope: Floats) -> None:
 
 
 def take_step(run: Run, begin: float, length: float) -> None:
-    """Take one step from the state, whose slope is known, into ``trial``; local time [s]."""
+    """Take one step from the state, whose slope is known, and write the result to ``trial``.
+
+    Args:
+        run: equations, state and workspace.
+        begin: local time at the beginning of the step [s].
+        length: length of the step [s].
+    """
     c, b, work = run.scene.c, run.balls.branches, run.work
     call(run.scene.step, c, b, run.state, work.slope, work.trial, begin, length)

@@ -19,9 +19,9 @@ class Field(NamedTuple):
     """Equations of a scene, for calls from code in the subset of ``ab_sim.engine.compiling``."""
 
     slope: int
-    """Address of slope(c, b, y, k, time)."""
+    """Address of slope(c, b, y, k, time); see ``ab_sim.engine.kernels``."""
     tangent: int
-    """Address of tangent(c, b, t, y, d, out)."""
+    """Address of tangent(c, b, t, y, d, out); see ``tangent_address``."""
     c: Floats
     """Constants."""
     b: Floats

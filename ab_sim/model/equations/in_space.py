@@ -145,9 +145,10 @@ class InSpace(NamedTuple):
     def channels(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """Return the motion of C on the ground's axes, the quaternion, and turning on deck axes.
+        """Return the deck's motion, its orientation and its rotation.
 
-        Order: displacement, velocity, acceleration; quaternion; angular velocity and acceleration.
+        Order: displacement, velocity and acceleration of C on the ground's axes; quaternion;
+        angular velocity and acceleration on deck axes.
         """
         a, b, c, d = state[3:7]
         length = sqrt(a * a + b * b + c * c + d * d)
