@@ -99,7 +99,7 @@ class StabilityOptions(NamedTuple):
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball, -1 for
     omitted starts; `kinds` with their shares of the other starts; residual_unbalance and
     final_whirl [m] of each run, null if unknown. Starts with equal balls at one angle are omitted,
-    because these balls never separate. The scene defines balanced, e.g.
+    because these balls never separate. The scene sets the limit of a balanced run, e.g. by
     `--set balanced.residual_unbalance=0.05`.
 
     Without --map and --basin, the command does the same as `ab-sim equilibria`.
@@ -185,10 +185,10 @@ class RecoveryOptions(NamedTuple):
 
     The JSON has, at the scene's drag, settling_time [s] (null if the whirl does not settle),
     maximum_amplitude [m], peak_time and settled_at [s]; steady_whirl [m], label, lambda_max [1/s]
-    and verdict of the resting state; rested_before, whether the drive rested when the change began;
-    and duration of the run. `over_drag` has these values at each drag, with their composite_index
-    [s]. best_drag has the smallest index. `one_ball` has all of these with one ball. Results are
-    cached in ~/.cache/ab_sim.
+    and verdict of the resting state; rested_before, whether the drive was in a resting state when
+    the change began; and duration of the run. `over_drag` has these values at each drag, with their
+    composite_index [s]. best_drag has the smallest index. `one_ball` has all of these with one
+    ball. Results are cached in ~/.cache/ab_sim.
 
     Symbols, signs and angles: docs/conventions.md
 

@@ -27,10 +27,10 @@ class SizeOptions(NamedTuple):
     """Size a balancer: balls, drag and start-up for given limits.
 
     Numbers may have a unit; without one, they are in SI units. For each number of balls, the
-    command looks for the lightest balls with a drag window. At its lower end, balls no longer
-    circulate; up to its upper end, the required share of drives is balanced in time. The command
-    chooses the widest window, and simulates the start-up of drives that differ in unbalance, start
-    angles and drag. It adds a hold of the speed only if too few drives balance without one.
+    command looks for the lightest balls with a drag window: a range of drag in which balls do not
+    circulate, and the required share of drives is balanced in time. The command chooses the widest
+    window, and simulates the start-up of drives that differ in unbalance, start angles and drag. It
+    adds a hold of the speed only if too few drives balance without one.
 
     Runs that contradict a prediction are reported. If no balancer fits, the command prints the
     reason and a remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims`
@@ -144,12 +144,12 @@ class TuneOptions(NamedTuple):
 
     The command prints the best values and their metric. For comparison it prints the metric of the
     unchanged scene, of the scene without its variable-speed period, and with each key 5 % smaller
-    and larger. It names the ends of ranges and the bounds that limit the best. With --spread, a
-    candidate is judged by the metric that the required share of its drives reaches. All candidates
-    have the same draws; about --runs / --draws candidates are tried.
+    and larger. It names the ends of ranges and the bounds that limit the best values. With
+    --spread, a candidate is judged by the metric that the required share of its drives reaches. All
+    candidates have the same draws; about --runs / --draws candidates are tried.
 
     The JSON has `found` (false if no run settles within all bounds), the best `values`, their
-    metric in `best`, `active` (ends of ranges and bounds that limit the best), `beside` (results
+    metric in `best`, `active` (ends of ranges and bounds that limit them), `beside` (results
     with each key 5 % smaller and larger), `before` (results of the original scene, with and without
     its variable-speed period), the best `scene`, and all `runs` by column.
 
@@ -272,7 +272,7 @@ class SensitivityOptions(NamedTuple):
         of METRIC,...: Metrics to differentiate; `ab-sim metrics` lists them.
         to KEY,...: Keys to change, e.g. balls.mass,rotor.eccentricity,start.ball_angles.0.
             Default: all keys that act on the scene's motion.
-        plot: Draw percent per percent as bars with uncertainties: .png, .svg or .pdf.
+        plot: Draw elasticities (percent per percent) as bars: .png, .svg or .pdf.
     """
 
     scene: SceneName

@@ -162,7 +162,7 @@ SERVICES = (
             ServiceArgument(
                 "disc_angle",
                 "ANGLE",
-                "Angle by which its unbalance leads that of the present disc [rad]. Default: 0.",
+                "Angle by which the new disc's unbalance leads the present one [rad]. Default: 0.",
                 _number,
                 0.0,
             ),
@@ -218,7 +218,7 @@ SERVICES = (
             ("activate", "Start simulated time of a configured drive."),
             ("deactivate", "Stop simulated time; commands are ignored."),
             ("cleanup", "Unload the scene."),
-            ("shutdown", "End the node."),
+            ("shutdown", "Shut the node down."),
         )
     ),
     ServiceCommand("start", "Start the speed profile.", CONTROLLER),
@@ -238,7 +238,7 @@ NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 """Settings of a command for which a negative number is an argument."""
 _WORK = "ab_sim.cli.node"
 """Module that does the work, imported on the call, because ROS takes long to import."""
-Namespace = Annotated[str, Option(metavar="NAME", help="ROS namespace of the node, e.g. left.")]
+Namespace = Annotated[str, Option(metavar="NAME", help="ROS namespace of the node, e.g. /left.")]
 Node = Annotated[str, Option("--node", metavar="NAME", help="Name of the ROS node.")]
 Wait = Annotated[
     float, Option(metavar="SECONDS", help="Longest time to wait for a node to be found [s].")

@@ -111,11 +111,11 @@ class IdentifyOptions(NamedTuple):
         fit KEY,KEY,...: Keys of the scene to fit, e.g. rotor.eccentricity.
         bounds KEY=LOW..HIGH: Search range of a key. Default: within a factor of 10. Repeatable.
         without_balls FILE: Further recording, made without balls. Not needed for recordings of
-            ab_sim, which contain this information. Repeatable.
+            ab_sim, whose scene has the number of balls. Repeatable.
         hold_out FILE: Recording that is not fitted but predicted, to test the fit. Repeatable.
         map FILE: Meanings of the columns of .csv and .parquet files, as YAML: one file for all
             recordings, or one for each in their order.
-        signal displacement|acceleration|SENSOR: Signal of ab_sim's recordings to fit. Default: the
+        signal displacement|acceleration|SENSOR: Signal to fit in recordings of ab_sim. Default: the
             readings of the first sensor, else the deck's displacement.
         free gain,bias,delay,disc_angle: Unknowns to fit for each recording, in addition to --fit:
             gain, bias and delay of its signals, and the angle of its disc.

@@ -344,9 +344,9 @@ def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | No
 
 
 def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
-    """Return seven scenes in a line, their keys moved a little; none if keys cannot move.
+    """Return seven scenes whose keys change in small equal steps; empty if no key can change.
 
-    A key at its upper bound moves down. If keys cannot move together, one moves alone.
+    A key at its upper bound decreases. If the keys cannot change together, only one changes.
     """
     moves = {}
     for key in keys:
@@ -366,7 +366,9 @@ def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
 
 
 def _noise_of(near: np.ndarray) -> np.ndarray:
-    """Return the standard deviation of results by eight runs in a line; infinite if one failed.
+    """Return the standard deviation of the noise in results; infinite if a run failed.
+
+    The results are those of eight runs whose keys change in equal steps.
 
     Fourth differences remove the smooth part, and multiply the variance of the noise by 8! / 4!^2
     = 70.

@@ -290,7 +290,7 @@ def _at_shares(task: Task, shares: Sequence[float]) -> Candidates:
 def _own_values(task: Task) -> list[float] | None:
     """Return the scene's own values, if all are numbers within their ranges.
 
-    With them as a start, the result is no worse.
+    A search that starts from them finds no worse result than theirs.
     """
     values = []
     for range_ in task.ranges:

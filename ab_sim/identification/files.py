@@ -290,7 +290,7 @@ class _Reader:
         return factor * self._table.column(asked.column, place)
 
     def _angle_from(self, asked: Keyphasor, time: np.ndarray) -> np.ndarray:
-        """Return the spindle's angle; NaN outside the range of pulses."""
+        """Return the spindle's angle [rad]; NaN before the first and after the last pulse."""
         reading = self._table.column(asked.column, "keyphasor")
         check_finite(time, reading, "keyphasor", self._name)
         place = f"{self._name}: keyphasor.angle"

@@ -103,7 +103,7 @@ class RecordedDrive:
             keys: keys for derivatives.
             moves: step of the finite difference for each key [SI].
             delay: delay of the signals [s].
-            slope: whether the derivative by time is needed.
+            slope: whether the derivative with respect to time is needed.
             central: whether differences are central rather than one-sided.
         """
         every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)

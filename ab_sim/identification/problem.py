@@ -26,7 +26,7 @@ BEYOND = 1e3
 
 
 class Problem:
-    """Residuals and their derivatives by parameters, each in units of its scale.
+    """Residuals and their derivatives with respect to parameters, each in units of its scale.
 
     Args:
         scene: scene to be fitted.
@@ -131,7 +131,7 @@ class Problem:
     def both(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return residuals, and their derivatives by parameters in units of the parameters' scales.
+        """Return residuals, and their derivatives with respect to parameters / their scales.
 
         Args:
             values: values of all parameters [SI].

@@ -102,7 +102,7 @@ WARM_UP = 25
 """Number of wake-ups after each start that are not counted in the distribution of the lateness.
 Dropped steps and the worst lateness count from the first wake-up on."""
 STILL = 0.1
-"""Time without a tick beyond which there is a warning [s]."""
+"""Longest time without a tick before a warning [s]."""
 
 
 @dataclass

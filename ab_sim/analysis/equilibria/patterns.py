@@ -204,7 +204,7 @@ def _linear(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
 
 
 class _Curve(NamedTuple):
-    """Coefficients of h and its derivatives by phi, as a polynomial in w."""
+    """Coefficients of h(phi, w), a polynomial in w, and of its derivatives with respect to phi."""
 
     mass: float
     stiffness: float

@@ -73,7 +73,7 @@ class EquilibriumCurve:
     def ways(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of the residual.
 
-        The derivative by speed is a central difference, because the kernel's Jacobian covers states
+        The derivative in speed is a central difference, because the kernel's Jacobian covers states
         only.
         """
         speed, state, _ = self.point(z)

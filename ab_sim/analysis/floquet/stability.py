@@ -24,7 +24,7 @@ STILL = 1e-7
 STRUCTURAL = 1e-6
 """Largest distance from 1 of a multiplier that belongs to a manifold of balanced solutions."""
 SAMPLES = 8192
-"""Number of samples of a turn, interpolated between steps by its Fourier series."""
+"""Number of samples of a turn, after interpolation between steps by a Fourier series."""
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ class PeakAccumulator:
 
 
 class FinalWhirlAccumulator:
-    """Whirl of the last stretch."""
+    """Whirl in the last stretch of each run: root mean square, range and trend."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         count = len(runs)
@@ -264,7 +264,7 @@ class PassageAccumulator:
 
     def __init__(self, runs: JudgedRuns) -> None:
         self.found: list[float | None] = [None] * len(runs)
-        """Time [s]; see ``first_passage_of_opposite``."""
+        """Time of the passage in each run [s]; None if there is none."""
         self._pending = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
 
     def take(self, block: SampleBlock) -> None:

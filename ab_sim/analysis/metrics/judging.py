@@ -172,7 +172,7 @@ class SampleBlock:
 
     @property
     def late_whirl(self) -> np.ndarray:
-        """Whirl of the last stretch."""
+        """Whirl W in the last stretch of each run [m], shape (runs, samples)."""
         return self.whirl[:, len(self) - self.late :]
 
     @property

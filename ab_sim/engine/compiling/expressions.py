@@ -124,7 +124,7 @@ class Expressions(Operations):
         return value
 
     def condition(self, node: ast.AST) -> Number:
-        """Return whether an expression is true; a constant if known at compile time."""
+        """Return the truth value of an expression; a constant if known at compile time."""
         return self.truth(self.number(node))
 
     def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:

@@ -66,7 +66,7 @@ class Operations(BlockWriter):
         return Number(FLOAT, self.put(f"sitofp i64 {x.code} to double")) if kind == FLOAT else x
 
     def wider(self, *numbers: Number) -> Scalar:
-        """Return the common kind of numbers, at least int."""
+        """Return float if any of the numbers is a float, else int (also for bools)."""
         return FLOAT if any(x.kind == FLOAT for x in numbers) else INT
 
     def alike(self, *numbers: Number) -> list[Number]:

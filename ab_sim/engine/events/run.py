@@ -189,8 +189,10 @@ class Run(NamedTuple):
     place: int
     """Index of the place on the speed profile in ``SceneFunctions.c``."""
     ball_column: int
-    """Index of the first ball's angle in a row: the columns of a sample from the spindle's angle
-    on."""
+    """Index of the first ball's angle in a row.
+
+    A row has the columns of a sample that begin with the spindle's angle.
+    """
     quaternion: int
     """Index of the quaternion of a deck in space in the state; -1 for a deck in the plane."""
     has_events: bool

@@ -1,4 +1,4 @@
-"""Flow of the equations over a period of time, and its derivative by the initial state.
+"""Flow of the equations over a time, and its derivative with respect to the initial state.
 
 The states are those of a run. The derivatives are, up to rounding, exact for the discrete steps
 that were taken, not for the continuous motion (Griewank and Walther, Evaluating Derivatives (2008),

@@ -46,7 +46,8 @@ class LaneRuns(NamedTuple):
     settle: int
     """Function settle(t, y, trial, bounds, turns, said): see ``settle``; the length follows t."""
     finish: int
-    """Function finish(c, b, t, y, k, turns, row); t is followed by time and profile time."""
+    """Function finish(c, b, t, y, k, turns, row), which writes slopes to k and samples to row; t is
+    followed by time and profile time."""
     c: Table
     """Constants, shape (constants, 8)."""
     b: Table

@@ -85,14 +85,14 @@ class ClockLines:
 
 
 class DueSamples(NamedTuple):
-    """New lines of the clock, and numbers of runs with samples: result of ``due_samples``."""
+    """Result of ``due_samples``: new values of clock lines, and counts of runs."""
 
     lines: dict[int, Expression]
     """New values of the lines that change."""
     due: Expression
     """Number of runs with a sample due."""
     left: Expression
-    """Number of runs with samples left."""
+    """Number of runs with samples left in their ranges."""
 
 
 def due_samples(clock: ClockLines) -> DueSamples:

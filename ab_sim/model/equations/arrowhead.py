@@ -77,7 +77,7 @@ def solve(
     if spindle_acceleration is not None:
         path_force = path_force + rows[-1] * spindle_acceleration
         force = [f - arrow.block[r][free] * spindle_acceleration for r, f in enumerate(force)]
-    # A ball's g at x = 0, and its derivatives by each entry of x.
+    # A ball's g at x = 0, and its derivatives with respect to each entry of x.
     at_zero = mobility(path_force)
     gain = [mobility(rows[r]) for r in range(free)]
     reduced = [[0.0] * free for _ in range(free)]

@@ -60,7 +60,7 @@ class FrameRate:
         self._last = np.iinfo(np.int64).min
 
     def of(self, rows: Array) -> Array:
-        """Return the selected ones of the next samples; ``time`` [s] is the second column."""
+        """Return the selected samples of the next block; its second column is ``time`` [s]."""
         part = nanoseconds(rows[:, 1]) // self._period
         before, self._last = self._last, part[-1]
         return rows[np.concatenate([[part[0] != before], part[1:] != part[:-1]])]

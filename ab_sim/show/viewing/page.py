@@ -199,7 +199,8 @@ class Page:
 
         Args:
             recording: id of the recording.
-            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all.
+            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches; if fewer were
+                sent, in each of them.
         """
         if time.monotonic() - self._heard > LEFT:
             return UNWATCHED

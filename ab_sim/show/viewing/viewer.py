@@ -128,7 +128,8 @@ class Viewer:
 
         Args:
             recording: id of the recording.
-            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all.
+            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches; if fewer were
+                sent, in each of them.
         """
         return BATCH if self._page is None else self._page.interval(recording, sent)
 

@@ -10,11 +10,11 @@ import numpy as np
 
 import ab_sim
 
-found = ab_sim.branches("thesis-hold", speeds=np.linspace(60, 200, 71))
-figure = found.plot()
+result = ab_sim.branches("thesis-hold", speeds=np.linspace(60, 200, 71))
+figure = result.plot()
 
 # %%
 # The speeds without a stable state:
 
-for low, high in found.over_speed.without_stable_state:
+for low, high in result.over_speed.without_stable_state:
     print(f"{low:.1f} to {high:.1f} rad/s")

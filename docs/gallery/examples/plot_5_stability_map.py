@@ -8,9 +8,9 @@ gather on the wrong side. A designer sees how much damping the working speed nee
 
 import ab_sim
 
-found = ab_sim.stability_map(
+result = ab_sim.stability_map(
     "thesis-hold",
     across=("speed", 50.0, 300.0, 51),
     up=("effects.suspension.damping", 0.1, 4.0, 27),
 )
-figure = found.plot()
+figure = result.plot()

@@ -8,10 +8,10 @@ its critical speed, where its line meets "once per revolution".
 
 import ab_sim
 
-found = ab_sim.modes("couple-unbalance", speed=500.0)
-figure = found.plot()
+result = ab_sim.modes("couple-unbalance", speed=500.0)
+figure = result.plot()
 
 # %%
 # The table at 500 rad/s:
 
-found
+result

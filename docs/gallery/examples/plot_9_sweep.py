@@ -9,9 +9,9 @@ they stall at the critical speed and go round the race. The best runs lie along 
 import ab_sim
 
 scene = ab_sim.load_scene("balanced-start-up")
-found = ab_sim.sweep(
+result = ab_sim.sweep(
     scene,
     {"balls.mass": "0.5 g..3 g:16", "effects.viscous_drag.coefficient": "log:0.1..10:16"},
     ["final_whirl_over_e", "peak_whirl_over_e"],
 )
-figure = found.plot()
+figure = result.plot()

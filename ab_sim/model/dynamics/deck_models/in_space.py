@@ -250,7 +250,7 @@ def _stiffness_against_turning(place: np.ndarray, force: np.ndarray) -> np.ndarr
 
 
 def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, float]:
-    """Return the stiffness that effects add to a mount, and its derivative by ``square``.
+    """Return a mount's stiffness from effects, and its derivative with respect to ``square``.
 
     ``square`` is the square of the mount's displacement [m^2].
     """
