@@ -25,7 +25,7 @@ from ab_sim.analysis.effect_cost import Quartiles, conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.design.batch import simulate_batch  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation  # noqa: E402
+from ab_sim.drive.accuracy.trials import Deviation, Samples, deviation  # noqa: E402
 from ab_sim.engine.stepping.side_by_side import LANES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 

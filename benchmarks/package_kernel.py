@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ab_sim.drive import Drive
-from ab_sim.drive.step_plan import StepPlan
+from ab_sim.drive.steps import StepPlan
 from ab_sim.model.spindle.step_ranges import StepRange
 from ab_sim.scene import Scene
 

@@ -16,7 +16,7 @@ from ab_sim.cli.scene_commands import ViewOptions
 from ab_sim.cli.view import run_view
 from ab_sim.design.sweep import open_sweep
 from ab_sim.design.tolerances import fitted_tolerances
-from ab_sim.drive.snapshot_json import read_content
+from ab_sim.drive.snapshot_file import read_content
 from ab_sim.identification.tables import read_table
 from ab_sim.record.bags import Bag, repair_bag
 from ab_sim.record.recording import open_recording

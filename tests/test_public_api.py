@@ -78,7 +78,7 @@ modules = [name for name, kind in kinds.items() if kind is types.ModuleType]
 print(modules, ab_sim.drive.accuracy.resolve_accuracy.__module__)
 """
     assert in_a_process(program).split("\n")[:2] == [
-        "[]", "['results'] ab_sim.drive.accuracy.resolve"
+        "[]", "['results'] ab_sim.drive.accuracy.search"
     ]  # fmt: skip
 
 

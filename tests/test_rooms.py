@@ -38,7 +38,7 @@ ORDER = (
     ("engine.integrate",),
     ("engine.stepping",),
     ("engine.taylor",),
-    ("drive.sensing",),
+    ("drive.pickup",),
     ("drive",),
     ("drive.accuracy",),
     ("export.c_code", "export.formulas"),

@@ -9,7 +9,7 @@ from ab_sim.analysis.startup import (
     peak_whirl,
     time_of_speed,
 )
-from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.closed_forms import driving_forces
 
 __all__ = [
     "Compared",

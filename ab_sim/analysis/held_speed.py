@@ -5,8 +5,7 @@ import numpy as np
 from ab_sim.base.errors import InputError, SceneError, exact
 from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import System, has_motor
+from ab_sim.model.dynamics.system import System, has_motor, layout_of
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
 

@@ -19,7 +19,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 import ab_sim
 from ab_sim.base.presentation import Column, Columns, Presented, number
 from ab_sim.model.dynamics.assemble import linearised, system_of
-from ab_sim.model.dynamics.linearised import MATTERS, Linearised
+from ab_sim.model.dynamics.at_rest import MATTERS, Linearised
 from ab_sim.scene.model import Scene
 
 AVERAGE = "rotor and balls averaged over one turn; balls spread evenly, turning with the rotor"

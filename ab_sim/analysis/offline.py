@@ -18,8 +18,7 @@ from ab_sim.base.errors import AbSimError, InputError, exact
 from ab_sim.base.presentation import LAST, Columns, Presented, Progress, drawn, ends, number
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import WorkPrecision, resolve_accuracy
-from ab_sim.drive.adaptive_controller import AdaptiveController
-from ab_sim.drive.controller import TimedDecision
+from ab_sim.drive.controllers import AdaptiveController, TimedDecision
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.drive.turn_vector import PHASE, SIZE, once_per_turn

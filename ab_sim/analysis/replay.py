@@ -8,8 +8,7 @@ import numpy as np
 
 from ab_sim.base.errors import CommandError, InputError, exact
 from ab_sim.drive import Drive
-from ab_sim.drive.orientation import tilt_of
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, tilt_of
 from ab_sim.model.dynamics.deck_models.in_space import angular_velocity
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.drive.orientation import NONE, matrix_of, tilt_of
-from ab_sim.drive.trajectory import Trajectory, column_of
+from ab_sim.drive.trajectory import NONE, Trajectory, column_of, matrix_of, tilt_of
 from ab_sim.model.dynamics.assemble import start_state, system_of
-from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import layout_of
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import StartDeck
 

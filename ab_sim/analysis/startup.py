@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.control import Estimates, State
-from ab_sim.drive.adaptive_controller import AdaptiveController, EstimatesAt
-from ab_sim.drive.balance import resultant
+from ab_sim.drive.closed_forms import resultant
+from ab_sim.drive.controllers import AdaptiveController, EstimatesAt
 from ab_sim.drive.trajectory import Trajectory, whirl_of
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene

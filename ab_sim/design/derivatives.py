@@ -23,8 +23,7 @@ from ab_sim.design.differences import (
     with_stepper,
 )
 from ab_sim.drive import Drive
-from ab_sim.drive.trajectory import Trajectory, check_room, column_of
-from ab_sim.drive.units import unit_of
+from ab_sim.drive.trajectory import Trajectory, check_room, column_of, unit_of
 from ab_sim.engine.stepping.fixed_step import ANGLE
 from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene

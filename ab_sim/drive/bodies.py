@@ -9,8 +9,8 @@ import numpy as np
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.drive.drive import Drive
 from ab_sim.drive.observation import Observation, Snapshot
-from ab_sim.drive.orientation import matrix_of
-from ab_sim.drive.snapshot_bounds import check_bounds
+from ab_sim.drive.snapshot_file import check_bounds
+from ab_sim.drive.trajectory import matrix_of
 from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.model.dynamics.system import DIRECTION, TURNS
 from ab_sim.model.equations.neighbours import reduced

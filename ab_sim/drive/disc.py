@@ -13,9 +13,8 @@ import numpy as np
 from ab_sim.base.errors import SceneError
 from ab_sim.drive.observation import Snapshot
 from ab_sim.model.dynamics.assemble import system_of
-from ab_sim.model.dynamics.layout import layout_of
 from ab_sim.model.dynamics.registry import require_built_in
-from ab_sim.model.dynamics.system import TURNS, System, has_motor
+from ab_sim.model.dynamics.system import TURNS, System, has_motor, layout_of
 from ab_sim.model.equations.neighbours import reduced
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene

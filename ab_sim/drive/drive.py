@@ -5,24 +5,19 @@ import math
 import numpy as np
 
 from ab_sim.base.errors import CommandError, SceneError, exact
-from ab_sim.drive.controller import RunController
-from ab_sim.drive.controllers import controller_of, restored_controller
-from ab_sim.drive.divergence import diverged
+from ab_sim.drive.controllers import RunController, controller_of, restored_controller
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
-from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
-from ab_sim.drive.rows import RowReader
-from ab_sim.drive.step_plan import StepPlan
-from ab_sim.drive.steps import Steps
+from ab_sim.drive.observation import EnergyBalance, Observation, RowReader, Snapshot
+from ab_sim.drive.steps import StepPlan, Steps, diverged
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.engine.compiling import KeptArray
 from ab_sim.engine.integrate.choose import choose_stepper, top_speed
 from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.model.dynamics.assemble import start_discrete_state, start_state, system_of
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import TURNS, has_motor
+from ab_sim.model.dynamics.system import TURNS, has_motor, layout_of
 from ab_sim.model.spindle import ScheduledSegment, SpeedSchedule, SpeedServo
-from ab_sim.model.spindle.set_points import TimedSpeeds, joined
+from ab_sim.model.spindle.commands import TimedSpeeds, joined
 from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, parts, same_instant, segment_after
 from ab_sim.scene.model import Scene
 

@@ -1,5 +1,10 @@
-"""Snapshot of a drive in a file, from which another process continues with identical bits."""
+"""Snapshot of a drive in a file, from which another process continues with identical bits.
 
+The file is JSON, written atomically, and valid only for the same sources. Its numbers must respect
+the bounds of a run of its scene.
+"""
+
+import functools
 import hashlib
 import json
 import math
@@ -10,15 +15,186 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import ab_sim
 from ab_sim.base.errors import NOT_AS_WRITTEN, InputError, short, shortened
+from ab_sim.base.files import REPORT, check_ending, check_regular, check_writable, write_whole
 from ab_sim.base.numbers import MOST_TIME, entry, reason_of, whole
+from ab_sim.base.sources import NotOfSources, sources
 from ab_sim.drive.observation import Snapshot
-from ab_sim.drive.sensing import PickupState
-from ab_sim.drive.snapshot_bounds import check_bounds
-from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
+from ab_sim.drive.pickup import PickupState
+from ab_sim.model.dynamics.assemble import MOST_ANGLE, state_bounds, system_of
+from ab_sim.model.dynamics.system import TURNS, has_motor, layout_of
 from ab_sim.model.spindle import ScheduledSegment, SpeedSchedule
-from ab_sim.model.spindle.speed_laws import RaisedCosine, Ramp
+from ab_sim.model.spindle.schedule import RaisedCosine, Ramp
 from ab_sim.scene.model import Scene
+
+MOST_BYTES = 1 << 24
+"""Largest size of a file; hours of commands take some MB."""
+
+
+def write_content(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a snapshot file; an existing file is replaced atomically.
+
+    Only a snapshot of the same format is replaced, because any ROS peer can set the parameter that
+    the path may come from.
+
+    Args:
+        path: file that ends in .json.
+        content: JSON-able values, including the name of their ``format``.
+
+    Raises:
+        InputError: the file cannot be written, or the existing file is no such snapshot.
+    """
+    check_ending(path, REPORT, "snapshot")
+    check_writable(path, "snapshot")
+    if path.is_symlink():
+        raise InputError(f"snapshot {path}: is a symbolic link; name the file itself")
+    if path.exists() and path.stat().st_size:
+        try:
+            read_content(path, content["format"], "another one")
+        except InputError as error:
+            raise InputError(
+                f"snapshot {path}: the existing file is not an {content['format']}; name "
+                "another file, or remove it"
+            ) from error
+    try:
+        write_whole(path, json.dumps(content, indent=1).encode())
+    except OSError as error:
+        raise InputError(f"snapshot {path}: cannot be written: {error.strerror}") from error
+
+
+def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
+    """Read a snapshot file.
+
+    Args:
+        path: file to read.
+        named: expected value of ``format``.
+        otherwise: end of the message for a JSON file with another format.
+
+    Raises:
+        InputError: the file is missing, damaged, or of another format.
+    """
+    try:
+        check_regular(path)
+        with path.open("rb") as file:
+            text = file.read(MOST_BYTES + 1)
+        if len(text) > MOST_BYTES:
+            raise InputError(
+                f"snapshot {path}: is not a snapshot: it has more than {MOST_BYTES} bytes"
+            )
+        content = json.loads(text)
+    except OSError as error:
+        raise InputError(f"snapshot {path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"snapshot {path}: is damaged, or not a snapshot: {error}") from error
+    if not isinstance(content, dict) or content.get("format") != named:
+        raise InputError(f"snapshot {path}: is a JSON file, but {otherwise}")
+    return content
+
+
+def origin(*modules: str) -> dict[str, str]:
+    """Return version and sources that a file must have to be continued with the same bits.
+
+    Args:
+        modules: names of the modules that continue.
+
+    Raises:
+        InputError: the sources of a module have changed since it was imported.
+    """
+    return {"ab_sim": ab_sim.__version__, "kernel": _kernel(*modules)}
+
+
+def check_origin(path: Path, content: Mapping[str, Any], *modules: str) -> None:
+    """Refuse a file that these modules did not write.
+
+    Raises:
+        InputError: the file was written by another version or other sources.
+    """
+    ours = origin(*modules)
+    if any(content.get(key) != value for key, value in ours.items()):
+        program, kernel = (shortened(str(content.get(key))) for key in ours)
+        raise InputError(
+            f"snapshot {path}: is of ab_sim {program} with kernel {kernel}, and this is "
+            f"{ours['ab_sim']} with {ours['kernel']}: it would not continue with the same bits; "
+            "save it again"
+        )
+
+
+@functools.cache
+def _kernel(*modules: str) -> str:
+    """Return a short digest of the modules' sources."""
+    try:
+        made_of = sources(list(modules))
+    except NotOfSources as error:
+        raise InputError(f"snapshot: {error}; start this process again") from error
+    digests = "".join(source.digest for source in made_of.values())
+    return hashlib.sha256(digests.encode()).hexdigest()[:16]
+
+
+MOST_TURNS = 2**53
+"""Largest number of whole turns of an angle that a double represents exactly."""
+MOST_MODE = 2
+"""Largest magnitude of any other number of the discrete state."""
+MOST_SLOPE = 1e12
+"""Largest slope of a segment [rad/s^2]; commands within one step may exceed the scene's limit."""
+ROUNDING = 1e-6
+"""Relative margin for rounding of computed speeds and angles."""
+
+
+def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
+    """Refuse a snapshot with a number that no run of its scene can reach.
+
+    Raises:
+        ValueError: a number is out of bounds; the message names it and its bounds.
+    """
+    system = system_of(scene)
+    if snapshot.state.size > layout_of(system).size:
+        system = system_of(scene, energy_balance=True)
+    layout, top = layout_of(system), scene.spindle.max_speed
+    bounds = state_bounds(system, scene.solver.step)
+    bounds[layout.angles] = 2.0 * math.pi  # whole turns are counted separately
+    if has_motor(system.effects):
+        bounds[layout.spindle.start] = 2.0 * math.pi
+    if snapshot.state.shape != bounds.shape:
+        raise ValueError(f"state: has {snapshot.state.size} numbers; must have {bounds.size}")
+    for name, value, most in zip(layout.names, snapshot.state, bounds, strict=True):
+        _within(name, value, most)
+    _within("steps", snapshot.steps, math.inf, least=0)
+    for at, row in enumerate(np.atleast_2d(snapshot.discrete_state).tolist()):
+        for column, mode in enumerate(row):
+            _within(f"modes.{at}.{column}", mode, MOST_TURNS if column == TURNS else MOST_MODE)
+    if snapshot.command is not None:
+        _within("command", snapshot.command, top)
+    _within("acceleration", snapshot.acceleration, scene.spindle.max_acceleration, least=0)
+    numbers = [("memory", snapshot.memory)]
+    numbers += [
+        (f"pickups.{name}", part) for name, kept in snapshot.pickups.items() for part in kept
+    ]
+    for name, part in numbers:
+        if not np.all(np.isfinite(part)):
+            raise ValueError(f"{name}: has a number that is not finite")
+    for at, piece in enumerate(snapshot.profile.segments):
+        name = f"pieces.{at}"
+        _within(f"{name}.start", piece.start, MOST_TIME)
+        _within(f"{name}.start_angle", piece.start_angle, MOST_ANGLE)
+        segment = piece.segment
+        _within(f"{name}.start_speed", segment.start_speed, top)
+        if isinstance(segment, RaisedCosine):
+            _within(f"{name}.change", segment.change, 2.0 * top)
+            _within(f"{name}.duration", segment.duration, MOST_TIME, least=0)
+        else:
+            _within(f"{name}.slope", segment.slope, MOST_SLOPE)
+            if segment.slope != 0.0:
+                change = segment.slope * (piece.end - piece.start)
+                _within(f"{name}: speed at its end", segment.start_speed + change, top)
+
+
+def _within(name: str, value: float, most: float, least: float | None = None) -> None:
+    low = -most if least is None else least
+    # A NaN fails this comparison.
+    if not low * (1.0 + ROUNDING) <= value <= most * (1.0 + ROUNDING):
+        raise ValueError(f"{name} = {short(float(value))}: must be {low:g} to {most:g}")
+
 
 FORMAT, VERSION = "ab_sim snapshot", 1
 DRIVE = "ab_sim.drive.drive"

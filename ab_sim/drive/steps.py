@@ -1,29 +1,171 @@
-"""Machine code and arrays with which a stepper integrates a system."""
+"""Steps of a drive: plan along a schedule, machine code and arrays, and errors of divergence."""
 
 import contextlib
-from collections.abc import Iterator
-from typing import Any
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import groupby, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.drive.step_plan import StepPlanPart
-from ab_sim.engine.compiling import BoundFunction, compiled
+from ab_sim.base.errors import DivergedError
+from ab_sim.engine.compiling import BoundFunction, KeptArray, compiled
 from ab_sim.engine.compiling.kinds import aligned
 from ab_sim.engine.events.run import ImplicitWork, Run
 from ab_sim.engine.events.run_arrays import balls_of, workspace
-from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.engine.integrate.registry import Stepper
 from ab_sim.engine.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
-from ab_sim.engine.kernels.code import Code, code_of
+from ab_sim.engine.kernels.code import Code, code_of, lanes_for, tangent_address
 from ab_sim.engine.kernels.constants import numbers_of
 from ab_sim.engine.kernels.runge_kutta import EMITTED
-from ab_sim.engine.kernels.tangent import lanes_for, tangent_address
 from ab_sim.engine.stepping.assemble import NOWHERE, known_of, run_with
 from ab_sim.engine.stepping.fixed_step import advance
 from ab_sim.engine.taylor.assemble import memory_size, run_by_taylor
-from ab_sim.engine.taylor.drive import advance_by_taylor
-from ab_sim.model.dynamics.assemble import state_bounds
+from ab_sim.engine.taylor.driver import advance_by_taylor
+from ab_sim.model.dynamics.assemble import place_on, state_bounds
 from ab_sim.model.dynamics.system import System
+from ab_sim.model.spindle import Ramp, ScheduledSegment, SpeedSchedule
+from ab_sim.model.spindle.schedule import Segment
+from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, step_ranges
+
+FOREVER = 2**52
+"""Number of steps that no run exceeds; step numbers up to it are exact as floats."""
+
+
+class StepPlanPart(NamedTuple):
+    """Step ranges along segments of one kind, which one call of the driver can take."""
+
+    kind: type
+    """Kind of the segments."""
+    table: np.ndarray
+    """Rows of step ranges, with columns as in ``stepping.fixed_step.FIRST``."""
+    first: int
+    """Number of step ranges of the plan before this part."""
+
+
+DriverOf = Callable[[StepPlanPart], Callable[..., int]]
+
+
+class StepPlan:
+    """Plan of all steps ahead, created once, so that a call only has to find its first step range.
+
+    Args:
+        ahead: the step ranges, at least one, with all parts of whole steps.
+    """
+
+    def __init__(self, ahead: Iterable[StepRange]) -> None:
+        taken = list(ahead)
+        self.begin = taken[0].first
+        """Steps taken before the plan begins."""
+        self._firsts = [step_range.first for step_range in taken]
+        self._parts: list[StepPlanPart] = []
+        self._places: list[tuple[StepPlanPart, int]] = []
+        """Part of each step range, and its index in that part."""
+        lines = [_line(*pair) for pair in pairwise([*taken, _END])]
+        alike = groupby(
+            zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment)
+        )
+        for kind, pairs in alike:
+            table = np.array([line for _, line in pairs], float)
+            part = StepPlanPart(kind, table, len(self._places))
+            self._parts.append(part)
+            self._places += [(part, at) for at in range(len(table))]
+
+    @classmethod
+    def along(cls, profile: SpeedSchedule, grid: StepGrid, first: int) -> "StepPlan":
+        """Return the plan of all steps along a profile after the first ``first`` ones."""
+        return cls(step_ranges(profile, grid, first, FOREVER))
+
+    @property
+    def kinds(self) -> set[type[Segment]]:
+        """Return the kinds of the segments: each has its own kernel."""
+        return {part.kind for part in self._parts}
+
+    def after(self, steps: int) -> Iterator[tuple[StepPlanPart, int]]:
+        """Yield the parts after ``steps`` steps, and the step range at which each is entered."""
+        at = self._at(steps)
+        for part in self._parts:
+            if at < part.first + len(part.table):
+                yield part, max(at - part.first, 0)
+
+    def _at(self, steps: int) -> int:
+        """Return the index of the first step range after ``steps`` steps, at least 0."""
+        at = bisect_left(self._firsts, steps)
+        return at if at < len(self._firsts) and self._firsts[at] == steps else max(at - 1, 0)
+
+    def walk(
+        self,
+        driver: DriverOf,
+        first: int,
+        steps: int,
+        command: float,
+        samples: np.ndarray | KeptArray,
+    ) -> int:
+        """Take steps after the first ``first`` ones.
+
+        Arguments and result are those of ``fixed_step.advance``.
+
+        Args:
+            driver: function that returns the function for steps along a part; see ``Steps.along``.
+            samples: receives the samples; a KeptArray has room for at most one step.
+        """
+        at, done = self._at(first), 0
+        while True:
+            part, begun = self._places[at]
+            rest = samples[done:] if done and isinstance(samples, np.ndarray) else samples
+            taken = driver(part)(begun, first + done, steps - done, command, rest)
+            if taken < 0:
+                return taken - done
+            done += taken
+            at = part.first + len(part.table)
+            if done == steps or at == len(self._places):
+                return done
+
+
+_END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)
+"""Sentinel after the last step range."""
+
+
+def _line(step_range: StepRange, next_: StepRange) -> list[float]:
+    # The last part of a step completes it.
+    ended = step_range.steps or int(next_.first != step_range.first)
+    place, first, start = (
+        place_on(step_range.scheduled),
+        step_range.first,
+        step_range.scheduled.start,
+    )
+    times = first, first + ended, start, step_range.offset, step_range.length
+    return [*times, *place.segment, place.phase, place.until, place.angle]
+
+
+MOST_NAMED = 3
+"""Number of variables that the message names; it counts the others."""
+
+
+def diverged(beyond: Sequence[str], stepper: Stepper, step: float, time: float) -> DivergedError:
+    """Return the error that names the variables out of bounds, the likely cause, and a step to try.
+
+    Args:
+        beyond: variables of the state that are out of bounds.
+        stepper: stepper in use.
+        step: integration step [s].
+        time: end of the step that went out of bounds [s].
+    """
+    wrong = list(beyond)
+    cause = "the step is too long for the scene's masses, stiffness and drag"
+    if any(name.endswith("rate") for name in wrong):
+        within = "one step" if stepper.parts == 1 else "a part of one step"
+        cause = (
+            f"a ball turns more than 3 rad along the race within {within}, which {stepper.name} "
+            "cannot follow: the whirl is large for the race, or the step is too long"
+        )
+    if len(wrong) > MOST_NAMED:
+        wrong = [*wrong[:MOST_NAMED], f"{len(wrong) - MOST_NAMED} more"]
+    return DivergedError(
+        f"{', '.join(wrong)} went beyond all bounds at t = {time:.9g} s; likely cause: "
+        f"{cause}; try solver.step = {step / 4:.2g} s"
+    )
 
 
 class Steps:

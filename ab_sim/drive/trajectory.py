@@ -1,6 +1,11 @@
-"""Samples of a run: one row per integration step, one named channel per column."""
+"""Samples of a run: one row per integration step, one named channel per column.
+
+The orientation of a deck in space is a quaternion (w, x, y, z) from deck axes to inertial axes. Any
+length is allowed. The last axis of an array of quaternions has the four numbers.
+"""
 
 import operator
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -10,8 +15,71 @@ import numpy as np
 from ab_sim.base.errors import nearest, short
 from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.base.presentation import Column, Columns, Presented, ends, number
-from ab_sim.drive.orientation import NONE, matrix_of, tilt_of
-from ab_sim.drive.units import unit_of
+
+_UNITS = {
+    "step": "1",
+    "time": "s",
+    "angle": "rad",
+    "speed": "rad/s",
+    "command": "rad/s",
+    "motor_torque": "N m",
+    "whirl": "m",
+    "once_per_turn": "m",
+    "phase": "rad",
+}
+_KINDS = (
+    (re.compile(r"[xyz]"), "m"),
+    (re.compile(r"v[xyz]"), "m/s"),
+    (re.compile(r"a[xyz]"), "m/s^2"),
+    (re.compile(r"q[wxyz]"), "1"),
+    (re.compile(r"w[xyz]"), "rad/s"),
+    (re.compile(r"w[xyz]_rate"), "rad/s^2"),
+    (re.compile(r"ball_\d+_angle"), "rad"),
+    (re.compile(r"ball_\d+_rate"), "rad/s"),
+    (re.compile(r"[a-z][a-z0-9_]*_[123]"), "m/s^2"),  # a sensor's reading
+)
+
+
+def unit_of(channel: str) -> str | None:
+    """Return the unit of a channel of ``Trajectory`` or of a derived channel.
+
+    None for other names.
+    """
+    if channel in _UNITS:
+        return _UNITS[channel]
+    return next((unit for kind, unit in _KINDS if kind.fullmatch(channel)), None)
+
+
+NONE = (1.0, 0.0, 0.0, 0.0)
+"""Identity rotation."""
+
+
+def matrix_of(turn: np.ndarray) -> np.ndarray:
+    """Return the rotation matrices of quaternions, shape (..., 3, 3)."""
+    unit = turn / np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
+    w, x, y, z = unit[..., 0], unit[..., 1], unit[..., 2], unit[..., 3]
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    wx, wy, wz = w * x, w * y, w * z
+    rows = (
+        *(0.5 - yy - zz, xy - wz, xz + wy),
+        *(xy + wz, 0.5 - xx - zz, yz - wx),
+        *(xz - wy, yz + wx, 0.5 - xx - yy),
+    )
+    return 2.0 * np.stack(rows, axis=-1).reshape(*turn.shape[:-1], 3, 3)
+
+
+def tilt_of(turn: np.ndarray) -> np.ndarray:
+    """Return the angles alpha, beta, gamma [rad], each within +-pi, and alpha within +-pi/2.
+
+    The deck is turned by gamma about Z, then by alpha about the new x, then by beta about the last
+    y. This is the order of Kim and Chung, Rz(gamma) Rx(alpha) Ry(beta), with their matrix elements.
+    """
+    turned = matrix_of(turn)
+    alpha = np.arcsin(np.clip(turned[..., 2, 1], -1.0, 1.0))
+    beta = np.arctan2(-turned[..., 2, 0], turned[..., 2, 2])
+    gamma = np.arctan2(-turned[..., 0, 1], turned[..., 1, 1])
+    return np.stack([alpha, beta, gamma], axis=-1)
+
 
 MAX_VALUES = 250_000_000
 """Largest number of values (2 GB); longer runs are refused before they start."""

@@ -9,7 +9,7 @@ and simulated signals both pass the filter.
 import numpy as np
 from scipy.signal import fftconvolve, lfilter
 
-from ab_sim.drive.sensing import Pickup
+from ab_sim.drive.pickup import Pickup
 from ab_sim.identification.measured import Measured
 from ab_sim.scene.sensors import Sampled
 

@@ -18,7 +18,7 @@ from ab_sim.engine.stepping.side_by_side import LANES, LaneSamples
 from ab_sim.identification.colour import low_pass_alone
 from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.model.dynamics.assemble import start_state
-from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import layout_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 

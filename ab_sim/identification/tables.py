@@ -17,7 +17,7 @@ import pyarrow.parquet
 from ab_sim.base.errors import InputError, nearest, short
 from ab_sim.base.files import check_regular
 from ab_sim.base.numbers import number_in
-from ab_sim.drive.units import unit_of
+from ab_sim.drive.trajectory import unit_of
 from ab_sim.record.bags import import_bag
 from ab_sim.record.recording import StoredRun, open_recording
 

@@ -21,7 +21,7 @@ from ab_msgs_py.topics import PAST
 from ab_sim.base.errors import CommandError, InputError, exact, short
 from ab_sim.base.numbers import finite, whole
 from ab_sim.model.spindle import Ramp, SpeedServo
-from ab_sim.model.spindle.set_points import LATEST, TimedSpeeds, timed_speeds
+from ab_sim.model.spindle.commands import LATEST, TimedSpeeds, timed_speeds
 
 ROUNDING = 1e-6
 """Fraction by which a trajectory may exceed a limit: times of points are rounded to 1 ns."""

@@ -15,9 +15,10 @@ from rclpy.publisher import Publisher
 from ab_msgs_py import Block, ImuSample, PoseSample, Task, Topic, WhirlSample, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import DECK, FORCE, frame_of
-from ab_sim.drive.driving_forces import DrivenBalls
+from ab_sim.drive.closed_forms import DrivenBalls
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.faults.fault import Fault
+from ab_sim.drive.pickup import noise_variance
 from ab_sim.drive.published import (
     AXES,
     CONSTANTS,
@@ -27,7 +28,6 @@ from ab_sim.drive.published import (
     effort,
     pose,
 )
-from ab_sim.drive.sensing import noise_variance
 from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.drive.turn_vector import TurnVector
 from ab_sim.drive.urdf import urdf_of

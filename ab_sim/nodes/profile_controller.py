@@ -15,9 +15,9 @@ from ab_msgs_py.actions import Asked, Outcome
 from ab_msgs_py.services import Answer
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.model.spindle.commands import set_points_of
 from ab_sim.model.spindle.profile_run import ProfileState
 from ab_sim.model.spindle.segments_execution import PERIOD, SILENCE
-from ab_sim.model.spindle.set_points import set_points_of
 from ab_sim.nodes.base_node import BaseNode, DiagnosticsPublisher
 from ab_sim.nodes.pacing import Ticker
 from ab_sim.nodes.parameters import LOAD, Parameters, ParameterSpec, Values, path_of

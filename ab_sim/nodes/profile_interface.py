@@ -14,8 +14,12 @@ from rclpy.node import Node
 from ab_msgs_py import Level, Qos, Topic, actions, topics
 from ab_msgs_py.actions import Asked, Outcome, Progress
 from ab_msgs_py.samples import spindle_of
-from ab_sim.model.spindle.profile_execution import ProfileExecution, ProfileInputs
-from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
+from ab_sim.model.spindle.profile_run import (
+    ProfileExecution,
+    ProfileInputs,
+    ProfileRun,
+    ProfileState,
+)
 from ab_sim.model.spindle.segments_execution import SegmentsExecution
 from ab_sim.nodes.adaptive_execution import AdaptiveExecution, Reading, SpindleSample
 from ab_sim.nodes.base_node import Goal, GoalServer

@@ -8,11 +8,15 @@ from typing import Any, NamedTuple
 from ab_sim.base.errors import NOT_AS_WRITTEN, InputError, exact
 from ab_sim.base.numbers import entry, reason_of, whole
 from ab_sim.control import SensorFacts, StartUpSettings
-from ab_sim.drive.adaptive_controller import settings_of
-from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
+from ab_sim.drive.controllers import settings_of
+from ab_sim.drive.snapshot_file import check_origin, origin, read_content, write_content
 from ab_sim.model.spindle import SpeedSchedule
-from ab_sim.model.spindle.profile_execution import ProfileExecution, ProfileInputs
-from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
+from ab_sim.model.spindle.profile_run import (
+    ProfileExecution,
+    ProfileInputs,
+    ProfileRun,
+    ProfileState,
+)
 from ab_sim.model.spindle.segments_execution import SegmentsExecution, waits_for_vibration
 from ab_sim.nodes.adaptive_execution import AdaptiveExecution
 from ab_sim.scene.load import RequestedProfile

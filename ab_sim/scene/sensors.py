@@ -150,7 +150,7 @@ class Accelerometer(Sampled):
 
     It senses specific force f, acceleration minus gravity. In physical order: f is turned into the
     sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then come
-    sampling, range and quantisation (``ab_sim.drive.sensing.Pickup``).
+    sampling, range and quantisation (``ab_sim.drive.pickup.Pickup``).
 
     In the plane the deck does not turn, so the reading is the same at every point; in space it
     depends on the position.
@@ -252,7 +252,7 @@ class ProximityProbe(Sampled):
     It senses the displacement r of a point of the deck from its position with the deck at rest. In
     physical order: r is turned into the probes' axes, white noise is added, a second-order
     Butterworth low-pass follows, then come sampling, range and quantisation, as in an accelerometer
-    (``ab_sim.drive.sensing.Pickup``).
+    (``ab_sim.drive.pickup.Pickup``).
     """
 
     unit: ClassVar[str] = "m"

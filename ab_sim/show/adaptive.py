@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from ab_sim.analysis.startup import AdaptiveOutcome, net_unbalance
 from ab_sim.control import State
-from ab_sim.drive.adaptive_controller import EstimatesAt
+from ab_sim.drive.controllers import EstimatesAt
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 from ab_sim.show.curves import draw_curve

@@ -13,8 +13,7 @@ from ab_sim.analysis.replay import ReplayedDrive, scene_from
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.presentation import Column, Columns, Presented
 from ab_sim.drive import Drive
-from ab_sim.drive.trajectory import Trajectory
-from ab_sim.drive.units import unit_of
+from ab_sim.drive.trajectory import Trajectory, unit_of
 from ab_sim.record.recording import StoredRun, open_recording
 from ab_sim.scene.load import SceneLike, as_scene, with_solver
 from ab_sim.scene.model import Scene

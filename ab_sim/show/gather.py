@@ -11,9 +11,8 @@ from ab_sim.analysis.metrics import Metrics, metrics_of_blocks, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.base.errors import AbSimError, InputError
 from ab_sim.base.presentation import last_stretch
-from ab_sim.drive.driving_forces import driving_forces
-from ab_sim.drive.rotor_without_balls import RotorWithoutBalls, WhirlWithoutBalls
-from ab_sim.drive.rows import channels_of
+from ab_sim.drive.closed_forms import RotorWithoutBalls, WhirlWithoutBalls, driving_forces
+from ab_sim.drive.observation import channels_of
 from ab_sim.drive.trajectory import Trajectory, is_ball_angle
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.record.recording import StoredRun

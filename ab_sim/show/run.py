@@ -10,10 +10,10 @@ from ab_sim.analysis.comparison import Compared, Comparison
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.analysis.startup import AdaptiveOutcome
-from ab_sim.drive.controller import TimedDecision
-from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.closed_forms import driving_forces
+from ab_sim.drive.controllers import TimedDecision
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.model.equations.effects.motor import Motor
+from ab_sim.model.equations.effects import Motor
 from ab_sim.scene.model import Scene
 from ab_sim.show.adaptive import draw_unbalance, mark_states
 from ab_sim.show.curves import draw_curve, in_degrees, say_conventions

@@ -10,7 +10,7 @@ import numpy as np
 
 from ab_sim.analysis.accuracy_cost.problem import RightHandSide, SampleTimes
 from ab_sim.analysis.accuracy_cost.reference import Reference, collocate, smooth_reference, step_for
-from ab_sim.drive.accuracy.deviation import Samples, deviation
+from ab_sim.drive.accuracy.trials import Samples, deviation
 from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene import Scene, load_scene

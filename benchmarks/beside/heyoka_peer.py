@@ -22,7 +22,7 @@ import numpy as np
 
 from ab_sim.analysis.accuracy_cost.methods import FailedError
 from ab_sim.analysis.accuracy_cost.problem import RightHandSide, SmoothInterval
-from ab_sim.model.spindle.speed_laws import Ramp
+from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene import Scene
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed

@@ -6,7 +6,7 @@ from typing import Any
 
 from ab_sim.design.batch import Batch, simulate_batch
 from ab_sim.drive import Drive
-from ab_sim.drive.accuracy.deviation import Samples
+from ab_sim.drive.accuracy.trials import Samples
 from ab_sim.scene import Scene
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
 from beside.turns import Family, Maker, timed

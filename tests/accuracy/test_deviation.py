@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ab_sim.drive.accuracy.deviation import Samples, deviation
+from ab_sim.drive.accuracy.trials import Samples, deviation
 
 
 def ramp(number: int, balls: int = 2, off: float = 0.0) -> Samples:

@@ -8,8 +8,8 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import live_checks
-from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation
 from ab_sim.drive.accuracy.live_checks import SLICE, WINDOW, LiveChecks
+from ab_sim.drive.accuracy.trials import Deviation, Samples, deviation
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import load_scene
 

@@ -5,7 +5,7 @@ import pytest
 
 from ab_sim.base.errors import DivergedError, SceneError
 from ab_sim.drive.accuracy import SAFETY, Timed, cheapest
-from ab_sim.drive.accuracy.deviation import MOST_SAMPLES, Samples
+from ab_sim.drive.accuracy.trials import MOST_SAMPLES, Samples
 from ab_sim.engine.integrate.choose import choose_stepper
 from ab_sim.engine.integrate.registry import steppers
 from ab_sim.engine.kernels.runge_kutta import Tableau

@@ -11,7 +11,7 @@ import pytest
 from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import SAFETY, WorkPrecision, resolve_accuracy
-from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation
+from ab_sim.drive.accuracy.trials import Deviation, Samples, deviation
 from ab_sim.drive.description import describe
 from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
-from ab_sim.drive.orientation import tilt_of
+from ab_sim.drive.trajectory import tilt_of
 from ab_sim.export.c_code import fmu as made_by
 from ab_sim.export.c_code.fmu import Fmu, base_units, fmu_of, identifier_of
 from ab_sim.export.c_code.sources import sources_of

@@ -18,10 +18,9 @@ from ab_sim.analysis.rest import from_rest
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.cli.app import app
 from ab_sim.drive.description import describe as describe_scene
-from ab_sim.drive.rows import channels_of
-from ab_sim.drive.trajectory import Trajectory, channels_for, whirl_of
+from ab_sim.drive.observation import channels_of
+from ab_sim.drive.trajectory import Trajectory, channels_for, unit_of, whirl_of
 from ab_sim.drive.turn_vector import once_per_turn
-from ab_sim.drive.units import unit_of
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.record.recording import Recording
 from ab_sim.scene import load_scene

@@ -9,7 +9,7 @@ import pytest
 
 from ab_sim import Drive, InputError, load_scene
 from ab_sim.control import SensorFacts, StartUp, State, checked
-from ab_sim.drive.adaptive_controller import settings_of
+from ab_sim.drive.controllers import settings_of
 from tests.control.course import FINAL, Change, Course, settings
 
 WITHOUT_BALLS = 1.33e-4

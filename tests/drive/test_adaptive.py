@@ -9,7 +9,7 @@ from ab_sim import Drive, Scene, load_scene
 from ab_sim.analysis.startup import net_unbalance
 from ab_sim.base.errors import CommandError
 from ab_sim.control import StartUp, State
-from ab_sim.drive.adaptive_controller import AdaptiveController, settings_of
+from ab_sim.drive.controllers import AdaptiveController, settings_of
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from tests.conftest import SceneMaker

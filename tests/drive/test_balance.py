@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from ab_sim.drive.balance import balance_of, can_balance, resultant
+from ab_sim.drive.closed_forms import balance_of, can_balance, resultant
 
 
 def left(unbalance: float, moments: list[float], angles: np.ndarray) -> float:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ab_sim.drive.driving_forces import DrivenBalls
+from ab_sim.drive.closed_forms import DrivenBalls
 
 
 def test_friction_is_of_the_force_that_presses_the_ball_on_the_race() -> None:

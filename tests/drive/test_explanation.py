@@ -8,9 +8,8 @@ import pytest
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.equilibria.patterns import radii
 from ab_sim.analysis.equilibria.resting import base_rotor_of
-from ab_sim.drive.description import describe
-from ab_sim.drive.explanation import explain
-from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
+from ab_sim.drive.closed_forms import RotorWithoutBalls
+from ab_sim.drive.description import describe, explain
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene import load_scene, scene_names
 

@@ -5,9 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ab_sim.drive import Drive
-from ab_sim.drive.driving_forces import driving_forces
-from ab_sim.drive.orientation import matrix_of, tilt_of
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.closed_forms import driving_forces
+from ab_sim.drive.trajectory import Trajectory, matrix_of, tilt_of
 from ab_sim.scene import load_scene
 from tests.drive.tilted import TILTED
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.drive.step_plan import FOREVER, StepPlan
+from ab_sim.drive.steps import FOREVER, StepPlan
 from ab_sim.engine.stepping.fixed_step import END, FIRST, LENGTH, OFFSET, PLACE, START
 from ab_sim.model.dynamics.assemble import place_on
 from ab_sim.model.spindle import RaisedCosine, Ramp, SpeedSchedule

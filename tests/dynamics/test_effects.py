@@ -2,7 +2,6 @@
 
 import inspect
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,12 +40,9 @@ def test_effects_are_documented(name: str, effect: Any) -> None:
     assert own <= METHODS, "and nothing that no kernel would call"
 
 
-def test_every_file_of_effects_is_imported() -> None:
-    """Else scenes would not know its effect."""
-    files = {path.stem for path in Path(effects.__file__).parent.glob("*.py")} - {"__init__"}
-    assert files == set(effect_classes()), (
-        "ab_sim/model/equations/effects/__init__.py imports each file"
-    )
+def test_every_effect_is_exported() -> None:
+    """Else users could not import it from the package that documents effects."""
+    assert {effect.__name__ for effect in effect_classes().values()} == set(effects.__all__)
 
 
 def test_every_documented_method_is_of_some_effect() -> None:

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.model.dynamics.assemble import system_of
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import DIRECTION, DISCRETE_COLUMNS, LOADED
+from ab_sim.model.dynamics.system import DIRECTION, DISCRETE_COLUMNS, LOADED, layout_of
 from ab_sim.model.spindle import Ramp, ScheduledSegment
 from tests.dynamics.inertial import Thesis, accelerations
 

@@ -34,8 +34,14 @@ from ab_sim.model.dynamics.registry import (
 from ab_sim.model.dynamics.system import System
 from ab_sim.model.equations.arrowhead import Arrow
 from ab_sim.model.equations.deck_model import deck_model
-from ab_sim.model.equations.motion import DeckMotion, SpindleMotion
-from ab_sim.model.equations.race import BallConstants, OnRace, drag_force, relative_load
+from ab_sim.model.equations.motion import (
+    BallConstants,
+    DeckMotion,
+    OnRace,
+    SpindleMotion,
+    drag_force,
+    relative_load,
+)
 from ab_sim.model.equations.sums import Number, over_balls, over_effects
 from ab_sim.scene import Scene, check_scene, find_scene
 from ab_sim.scene.keys import scene_keys

@@ -8,13 +8,15 @@ from scipy.integrate import quad, solve_ivp
 
 from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.model.equations.effects.ball_contact import BallContact
-from ab_sim.model.equations.effects.gravity import Gravity
-from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.model.equations.effects.motor import Motor
-from ab_sim.model.equations.effects.race_runout import RaceRunout
-from ab_sim.model.equations.effects.suspension import Suspension
-from ab_sim.model.equations.effects.unequal_suspension import UnequalSuspension
+from ab_sim.model.equations.effects import (
+    BallContact,
+    Gravity,
+    HardeningSuspension,
+    Motor,
+    RaceRunout,
+    Suspension,
+    UnequalSuspension,
+)
 from ab_sim.model.equations.motion import DeckMotion
 from ab_sim.scene import load_scene
 

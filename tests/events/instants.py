@@ -12,8 +12,15 @@ from ab_sim.engine.events.run import Run, evaluate
 from ab_sim.engine.kernels.code import code_of
 from ab_sim.engine.stepping.assemble import run_of
 from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.model.dynamics.layout import StateLayout, layout_of
-from ab_sim.model.dynamics.system import DIRECTION, JOINED, ORDER, TURNS, System
+from ab_sim.model.dynamics.system import (
+    DIRECTION,
+    JOINED,
+    ORDER,
+    TURNS,
+    StateLayout,
+    System,
+    layout_of,
+)
 from ab_sim.model.equations.neighbours import reduced
 from ab_sim.model.spindle import Ramp
 from ab_sim.scene import Scene, check_scene

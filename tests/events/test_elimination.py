@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.engine.events.balls import put_branches
-from ab_sim.engine.events.impact import solve_jumps
-from ab_sim.engine.events.reactions import (
+from ab_sim.engine.events.balls import (
     path_force_less_friction,
+    put_branches,
     put_normal_forces,
     put_pushes,
 )
+from ab_sim.engine.events.impact import solve_jumps
 from ab_sim.engine.events.run import (
     COUPLING,
     FRICTION,

@@ -11,8 +11,7 @@ import pytest
 from ab_sim.export.formulas.effects import METHODS, formulas_of, traced_method
 from ab_sim.export.formulas.lines import Symbols, symbol_of_field
 from ab_sim.model.equations import effects
-from ab_sim.model.equations.motion import DeckMotion
-from ab_sim.model.equations.race import BallConstants, on_race, relative_load
+from ab_sim.model.equations.motion import BallConstants, DeckMotion, on_race, relative_load
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.tracing import Graph, lowered

@@ -12,9 +12,8 @@ from ab_sim.export.formulas.page import MAKE, PAGE, page_from_code
 from ab_sim.export.formulas.planar import TracedEffect
 from ab_sim.model.equations.arrowhead import normal_force
 from ab_sim.model.equations.effects import BallSpin, Motor, RaceRunout, Suspension, ViscousDrag
-from ab_sim.model.equations.motion import Ball, SpindleMotion
+from ab_sim.model.equations.motion import Ball, BallConstants, SpindleMotion, on_race
 from ab_sim.model.equations.planar import Planar
-from ab_sim.model.equations.race import BallConstants, on_race
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,8 +9,7 @@ import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.base.errors import InputError
 from ab_sim.drive.description import describe
-from ab_sim.drive.faults.fault import faults_of
-from ab_sim.drive.faults.sensed import SensedFaults
+from ab_sim.drive.faults.fault import SensedFaults, faults_of
 from ab_sim.identification.result import FITS, OFF, Identification
 from tests.drive.fault_session import FaultSession
 from tests.identification import drives

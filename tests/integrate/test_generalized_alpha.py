@@ -7,7 +7,7 @@ import pytest
 
 from ab_sim.base.errors import DivergedError, SceneError
 from ab_sim.drive import Drive
-from ab_sim.engine.integrate.limits import stability_limit
+from ab_sim.engine.integrate.choose import stability_limit
 from ab_sim.engine.integrate.registry import stepper_named
 from ab_sim.scene import load_scene
 

@@ -11,8 +11,12 @@ import pytest
 
 from ab_sim.base.errors import CommandError, DivergedError, SceneError
 from ab_sim.drive import Drive
-from ab_sim.engine.integrate.choose import choose_stepper, step_limiting_rates
-from ab_sim.engine.integrate.limits import largest_step, stability_limit
+from ab_sim.engine.integrate.choose import (
+    choose_stepper,
+    largest_step,
+    stability_limit,
+    step_limiting_rates,
+)
 from ab_sim.engine.integrate.registry import stepper_named, steppers
 from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.model.dynamics.assemble import DRAG, LOOP, drag_rate, linear_rates, system_of

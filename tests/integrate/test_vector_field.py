@@ -9,19 +9,20 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.model.dynamics.layout import StateLayout, layout_of
 from ab_sim.model.dynamics.system import (
     DIRECTION,
     DISCRETE_COLUMNS,
     JOINED,
     LOADED,
+    StateLayout,
     System,
+    layout_of,
 )
 from ab_sim.model.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
 from ab_sim.model.equations.in_space import InSpace
 from ab_sim.model.equations.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
 from ab_sim.model.spindle import ScheduledSegment
-from ab_sim.model.spindle.speed_laws import RaisedCosine
+from ab_sim.model.spindle.schedule import RaisedCosine
 from ab_sim.scene import Scene, check_scene
 from tests.conftest import MOTOR, THESIS, SceneMaker, merge
 

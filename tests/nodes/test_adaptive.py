@@ -12,7 +12,7 @@ import yaml
 from ab_msgs_py import JointSample, Level, WhirlSample, topics
 from ab_msgs_py.samples import text_of
 from ab_sim.drive import Drive
-from ab_sim.drive.adaptive_controller import AdaptiveController
+from ab_sim.drive.controllers import AdaptiveController
 from ab_sim.nodes.adaptive_execution import SPINDLE_SILENT
 from ab_sim.scene import load_scene
 from ab_sim.scene.load import changed_scene

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ab_msgs_py import Block, ImuSample, JointSample, PoseSample, topics
 from ab_msgs_py.samples import text_of
-from ab_sim.drive.sensing import noise_variance
+from ab_sim.drive.pickup import noise_variance
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.scene import Scene, load_scene

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.model.spindle.profile_execution import ProfileExecution
-from ab_sim.model.spindle.profile_run import MOST_SPEED
+from ab_sim.model.spindle.profile_run import MOST_SPEED, ProfileExecution
 from ab_sim.model.spindle.segments_execution import SegmentsExecution
 from ab_sim.nodes.adaptive_execution import AdaptiveExecution, Reading, SpindleSample
 from ab_sim.nodes.timed_run import read_profile_snapshot, write_profile_snapshot

@@ -37,7 +37,7 @@ def test_what_was_touched_is_tested(touched: str, wanted: str) -> None:
 
 
 def test_the_core_comes_first_then_changed_tests_then_neighbours() -> None:
-    found = fast.tests_of(["ab_sim/drive/sensing/pickup.py", "tests/spindle/test_servo.py"])
+    found = fast.tests_of(["ab_sim/drive/pickup.py", "tests/spindle/test_servo.py"])
     assert found[: len(fast.CORE) + 1] == [*fast.CORE, "tests/spindle/test_servo.py"]
     assert "tests/sensing/test_pickup.py" in found
     assert "tests/nodes/test_pacing.py" not in found

@@ -14,8 +14,8 @@ from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.base.presentation import last_stretch
 from ab_sim.drive import Drive
+from ab_sim.drive.closed_forms import driving_forces
 from ab_sim.drive.description import describe
-from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turn_vector import once_per_turn
 from ab_sim.record.recording import SHOWN_PERIOD, Recording

@@ -9,7 +9,7 @@ from ab_sim.base.errors import SceneError
 from ab_sim.control import State
 from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
-from ab_sim.drive.adaptive_controller import AdaptiveController, settings_of
+from ab_sim.drive.controllers import AdaptiveController, settings_of
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.scene import check_scene, load_scene
 from tests.conftest import SceneMaker

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.base.errors import SceneError
-from ab_sim.drive.sensing import Pickup, noise_variance
+from ab_sim.drive.pickup import Pickup, noise_variance
 from ab_sim.scene import load_scene
 from ab_sim.scene.sensors import ALIASING, Accelerometer, arm_frame, ball_frame, race_frame
 

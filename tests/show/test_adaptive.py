@@ -9,7 +9,7 @@ import pytest
 from ab_sim.analysis import Comparison, run_scene
 from ab_sim.analysis.startup import AdaptiveOutcome, net_unbalance
 from ab_sim.control import Estimates, State
-from ab_sim.drive.adaptive_controller import EstimatesAt
+from ab_sim.drive.controllers import EstimatesAt
 from ab_sim.scene import load_scene
 from ab_sim.show.adaptive import Stretch, stretches
 from ab_sim.show.run import drawn_run

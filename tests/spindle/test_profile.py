@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ab_sim.base.errors import SceneError
 from ab_sim.model.spindle import RaisedCosine, Ramp, SpeedSchedule, top_speed_of
-from ab_sim.model.spindle.speed_laws import RampAndCosine
+from ab_sim.model.spindle.schedule import RampAndCosine
 from ab_sim.scene import load_scene
 
 Segment = Ramp | RaisedCosine | RampAndCosine

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.drive.explanation import explain
+from ab_sim.drive.description import explain
 from ab_sim.model.spindle import SpeedSchedule, top_speed_of
-from ab_sim.model.spindle.schedule_in_progress import ScheduleInProgress
+from ab_sim.model.spindle.segments_execution import ScheduleInProgress
 from ab_sim.scene import check_scene
 from ab_sim.scene.load import load_profile
 from ab_sim.scene.profiles import AnyProfile

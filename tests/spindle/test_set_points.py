@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ab_msgs_py.set_points import MOST_POINTS, SetPoint, SetPoints
 from ab_sim.base.errors import CommandError
 from ab_sim.model.spindle import Ramp, SpeedSchedule, SpeedServo
-from ab_sim.model.spindle.set_points import TimedSpeeds, joined, set_points_of, timed_speeds
+from ab_sim.model.spindle.commands import TimedSpeeds, joined, set_points_of, timed_speeds
 from ab_sim.scene import load_scene, scene_names
 
 LIMITS = SpeedServo(400.0, 100.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ab_sim.model.spindle.vibration_condition import LEAST_SAMPLES, VibrationCondition
+from ab_sim.model.spindle.segments_execution import LEAST_SAMPLES, VibrationCondition
 from ab_sim.scene.segments import Until
 
 

@@ -8,12 +8,11 @@ import pytest
 from ab_sim.engine.events.location import within_bounds
 from ab_sim.engine.kernels.code import called, code_of
 from ab_sim.engine.stepping.assemble import run_of
+from ab_sim.engine.stepping.emitted import MOVED, SOUND, settle_address
 from ab_sim.engine.stepping.fixed_step import unwind
-from ab_sim.engine.stepping.settle import MOVED, SOUND, settle_address
 from ab_sim.engine.stepping.side_by_side import LANES, stacked
 from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import TURNS
+from ab_sim.model.dynamics.system import TURNS, layout_of
 from ab_sim.model.spindle import Ramp
 from ab_sim.scene import load_scene
 

@@ -32,7 +32,7 @@ from ab_sim.analysis.accuracy_cost.study import all_families
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.cli.costs import accuracy_shown
 from ab_sim.drive import Drive
-from ab_sim.drive.accuracy.deviation import Samples, deviation
+from ab_sim.drive.accuracy.trials import Samples, deviation
 from ab_sim.engine.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.load import with_solver

@@ -10,7 +10,7 @@ from ab_sim.engine.taylor.assemble import taylor_code
 from ab_sim.engine.taylor.clock import BEGIN, CLOCK, END, LONGEST, UNTIL
 from ab_sim.model.dynamics.assemble import place_on
 from ab_sim.model.dynamics.system import ActiveSegment
-from ab_sim.model.spindle.speed_laws import Ramp
+from ab_sim.model.spindle.schedule import Ramp
 from tests.integrate.random_scenes import PLANTS, scene_at_random
 
 ORDER = 6

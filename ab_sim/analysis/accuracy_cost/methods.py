@@ -21,7 +21,7 @@ from ab_sim.analysis.accuracy_cost.problem import (
 )
 from ab_sim.base.errors import AbSimError, DivergedError
 from ab_sim.drive import Drive
-from ab_sim.drive.accuracy.deviation import Samples
+from ab_sim.drive.accuracy.trials import Samples
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene

@@ -16,12 +16,12 @@ import numpy as np
 from ab_sim.analysis.accuracy_cost.methods import FailedError
 from ab_sim.analysis.accuracy_cost.problem import SAME_INSTANT, SampleTimes
 from ab_sim.base.errors import SceneError
-from ab_sim.drive.accuracy.deviation import Samples
+from ab_sim.drive.accuracy.trials import Samples
 from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.model.equations.sums import over_effects
 from ab_sim.model.spindle import SpeedSchedule
-from ab_sim.model.spindle.speed_laws import Ramp
+from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene.model import Scene
 
 KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}

@@ -14,12 +14,11 @@ import numpy as np
 from ab_sim.analysis.held_speed import state_scale
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.drive import Drive
-from ab_sim.drive.accuracy.deviation import MOST_SAMPLES, Samples
+from ab_sim.drive.accuracy.trials import MOST_SAMPLES, Samples
 from ab_sim.drive.observation import EnergyBalance
 from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.model.dynamics.assemble import place_on, start_discrete_state, start_state, system_of
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import TURNS, ActiveSegment, has_events
+from ab_sim.model.dynamics.system import TURNS, ActiveSegment, has_events, layout_of
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
 

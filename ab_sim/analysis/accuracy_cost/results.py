@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from ab_sim.analysis.accuracy_cost.reference import EQUATIONS
 from ab_sim.analysis.effect_cost import Quartiles, conditions
 from ab_sim.base.presentation import Column, Columns, Presented
-from ab_sim.drive.accuracy.deviation import Deviation
+from ab_sim.drive.accuracy.trials import Deviation
 
 
 class ErrorBound(NamedTuple):

@@ -37,7 +37,7 @@ from ab_sim.analysis.effect_cost import Quartiles
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.base.presentation import Progress
 from ab_sim.drive.accuracy import resolve_accuracy
-from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation
+from ab_sim.drive.accuracy.trials import Deviation, Samples, deviation
 from ab_sim.engine.integrate.choose import choose_stepper
 from ab_sim.engine.integrate.registry import steppers
 from ab_sim.model.dynamics.assemble import system_of

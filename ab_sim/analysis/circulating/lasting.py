@@ -9,8 +9,7 @@ from ab_sim.analysis.equilibria.balanced import symmetric
 from ab_sim.analysis.equilibria.resting import base_rotor_of, resting_system, running_at
 from ab_sim.base.errors import DivergedError
 from ab_sim.drive import Drive
-from ab_sim.model.dynamics.layout import StateLayout, layout_of
-from ab_sim.model.dynamics.system import System
+from ab_sim.model.dynamics.system import StateLayout, System, layout_of
 from ab_sim.scene.model import Scene
 
 

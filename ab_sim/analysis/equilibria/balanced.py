@@ -26,9 +26,8 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, field_at, state_of
-from ab_sim.drive import balance
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System
+from ab_sim.drive import closed_forms
+from ab_sim.model.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System, layout_of
 
 LEVELS = 17
 """Number of levels of rho, from its minimum to its maximum."""
@@ -43,7 +42,7 @@ SAME = 1e-12
 
 def can_balance(rotor: ClosedFormRotor) -> bool:
     """Return whether the balls can cancel the unbalance: the vectors close to a polygon."""
-    return balance.can_balance(rotor.unbalance, rotor.moments)
+    return closed_forms.can_balance(rotor.unbalance, rotor.moments)
 
 
 def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
@@ -59,13 +58,13 @@ def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
     if n == 1:
         return np.array([math.pi])
     odd = n % 2
-    beta = balance.acos_of((odd - need) / (n - odd))
+    beta = closed_forms.acos_of((odd - need) / (n - odd))
     return np.array([-beta, beta] * (n // 2) + [math.pi] * odd)
 
 
 def completed(rotor: ClosedFormRotor, first_balls: np.ndarray) -> np.ndarray | None:
-    """Place the last balls of a rotor so that it balances, see ``balance.completed``."""
-    return balance.completed(rotor.unbalance, rotor.moments, first_balls)
+    """Place the last balls of a rotor so that it balances, see ``closed_forms.completed``."""
+    return closed_forms.completed(rotor.unbalance, rotor.moments, first_balls)
 
 
 def positions(rotor: ClosedFormRotor) -> np.ndarray:

@@ -32,7 +32,7 @@ from scipy.optimize import brentq
 
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 from ab_sim.base.errors import SceneError
-from ab_sim.drive.balance import BALANCED
+from ab_sim.drive.closed_forms import BALANCED
 
 MOST_PATTERNS = 4096
 """Largest number of sign patterns; it allows 12 balls that all differ."""

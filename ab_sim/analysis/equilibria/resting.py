@@ -7,7 +7,6 @@ import numpy as np
 from ab_sim.analysis.held_speed import held
 from ab_sim.base.errors import SceneError
 from ab_sim.engine.integrate.vector_field import VectorField
-from ab_sim.model.dynamics.layout import StateLayout, layout_of
 from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.model.dynamics.system import (
     DISCRETE_COLUMNS,
@@ -15,11 +14,12 @@ from ab_sim.model.dynamics.system import (
     MOMENT,
     RACE_RADIUS,
     ROLLING_MASS,
+    StateLayout,
     System,
     has_spindle_angle,
+    layout_of,
 )
-from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.model.equations.effects.suspension import Suspension
+from ab_sim.model.equations.effects import HardeningSuspension, Suspension
 from ab_sim.model.spindle import ScheduledSegment, SpeedSchedule
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Spindle, Start

@@ -17,8 +17,7 @@ from scipy.linalg import eig, matrix_balance
 
 from ab_sim.analysis.equilibria.resting import field_at, kinds_of, state_of
 from ab_sim.base.presentation import in_one_turn
-from ab_sim.model.dynamics.layout import StateLayout
-from ab_sim.model.dynamics.system import System
+from ab_sim.model.dynamics.system import StateLayout, System
 
 SAFETY = 30.0
 """Safety factor on the first-order rounding error of eigenvalues."""

@@ -2,7 +2,7 @@
 
 At a constant speed w the equations are periodic with T = 2 pi / w. The map of a turn is P(y). A
 solution of y = P(y) is periodic, and M = dP/dy is its monodromy matrix (Floquet). P consists of
-Runge-Kutta steps, and M is their exact derivative (``integrate.flow``).
+Runge-Kutta steps, and M is their exact derivative (``integrate.vector_field``).
 
 Fixed points are found by Newton's method (shooting). The unknowns are 2 (K + n) independent
 coordinates for K unknowns of the deck and n balls. A quaternion's length is not a coordinate (the
@@ -21,9 +21,9 @@ from scipy.optimize import least_squares
 
 from ab_sim.analysis.held_speed import FASTEST, SLOWEST, held, state_scale
 from ab_sim.base.errors import InputError, SceneError, exact
-from ab_sim.engine.integrate.flow import Flow, Flown
-from ab_sim.engine.integrate.limits import largest_step
+from ab_sim.engine.integrate.choose import largest_step
 from ab_sim.engine.integrate.registry import stepper_named
+from ab_sim.engine.integrate.vector_field import Flow, Flown
 from ab_sim.engine.stepping.fixed_step import normalise
 from ab_sim.model.dynamics.assemble import linear_rates, start_state
 from ab_sim.model.dynamics.registry import require_built_in

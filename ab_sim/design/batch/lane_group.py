@@ -15,9 +15,8 @@ from ab_sim.engine.events.run import Run
 from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
 from ab_sim.engine.kernels.code import Code, code_of
 from ab_sim.engine.stepping.assemble import known_of, run_of
-from ab_sim.engine.stepping.event_test import event_test_address, size_of_seen
+from ab_sim.engine.stepping.emitted import SOUND, event_test_address, settle_address, size_of_seen
 from ab_sim.engine.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
-from ab_sim.engine.stepping.settle import SOUND, settle_address
 from ab_sim.engine.stepping.side_by_side import (
     LANES,
     LanePlan,
@@ -27,12 +26,16 @@ from ab_sim.engine.stepping.side_by_side import (
     stacked,
 )
 from ab_sim.engine.taylor.assemble import lanes_of
-from ab_sim.engine.taylor.run import TaylorRuns
-from ab_sim.engine.taylor.side_by_side import advance_by_taylor_side_by_side
+from ab_sim.engine.taylor.driver import TaylorRuns, advance_by_taylor_side_by_side
 from ab_sim.model.dynamics.assemble import place_on, start_discrete_state, start_state, state_bounds
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS, ActiveSegment
-from ab_sim.model.spindle.speed_laws import RampAndCosine
+from ab_sim.model.dynamics.system import (
+    FIRST_TURNS,
+    FORMULA_COLUMNS,
+    TURNS,
+    ActiveSegment,
+    layout_of,
+)
+from ab_sim.model.spindle.schedule import RampAndCosine
 from ab_sim.model.spindle.step_ranges import StepRange
 
 

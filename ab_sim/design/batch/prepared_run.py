@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.drive.accuracy import resolve_accuracy
-from ab_sim.drive.rows import RowReader, channels_of
+from ab_sim.drive.observation import RowReader, channels_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.engine.integrate.choose import Choice, choose_stepper, top_speed
 from ab_sim.engine.kernels.constants import numbers_of, pattern

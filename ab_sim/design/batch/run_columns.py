@@ -16,15 +16,19 @@ from ab_sim.analysis.metrics.judging import JudgedRuns, RunNumbers
 from ab_sim.base.errors import SceneError
 from ab_sim.design.batch.lane_group import LaneStarts
 from ab_sim.design.batch.prepared_run import PreparedRun, StepPlanKey
-from ab_sim.engine.integrate.choose import USUAL, top_speed
-from ab_sim.engine.integrate.limits import stability_limit
-from ab_sim.engine.integrate.registry import AUTO, stepper_named
-from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.engine.integrate.choose import USUAL, stability_limit, top_speed
+from ab_sim.engine.integrate.registry import AUTO, Stepper, stepper_named
 from ab_sim.engine.kernels.constants import flattened, numbers_of
 from ab_sim.model.dynamics.assemble import of_ball
 from ab_sim.model.dynamics.deck_models.planar import poles_of
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import FORMULA_COLUMNS, TURNS, has_contact, has_gravity, has_motor
+from ab_sim.model.dynamics.system import (
+    FORMULA_COLUMNS,
+    TURNS,
+    has_contact,
+    has_gravity,
+    has_motor,
+    layout_of,
+)
 from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.neighbours import reduced
 from ab_sim.model.equations.planar import Planar

@@ -25,11 +25,11 @@ from typing import Any, NamedTuple
 
 from ab_sim.base.errors import DivergedError
 from ab_sim.drive import Drive
-from ab_sim.drive.accuracy.deviation import Samples, deviation
+from ab_sim.drive.accuracy.trials import Samples, deviation
 from ab_sim.drive.faults.fault import of_the_plant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.engine.integrate.registry import parameters_of
-from ab_sim.model.spindle.set_points import TimedSpeeds
+from ab_sim.model.spindle.commands import TimedSpeeds
 from ab_sim.scene.model import Scene
 
 WINDOW = 1000

@@ -24,19 +24,105 @@ run takes some milliseconds for a start-up of seconds.
 """
 
 import math
+import time
+from collections.abc import Mapping
+from typing import NamedTuple
 
 from ab_sim.base.errors import SceneError, exact
 from ab_sim.base.presentation import Progress
-from ab_sim.drive.accuracy.deviation import Deviation, deviation, rounding
-from ab_sim.drive.accuracy.trials import Run, Trials, Tried
-from ab_sim.drive.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
-from ab_sim.engine.integrate.choose import STIFF, USUAL, step_limiting_rates, top_speed
-from ab_sim.engine.integrate.limits import largest_step
-from ab_sim.engine.integrate.registry import parameters_of, stepper_named, steppers
-from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.drive import Drive
+from ab_sim.drive.accuracy.trials import (
+    Deviation,
+    Run,
+    Samples,
+    Timed,
+    Trials,
+    Tried,
+    deviation,
+    rounding,
+)
+from ab_sim.engine.integrate.choose import (
+    STIFF,
+    USUAL,
+    largest_step,
+    step_limiting_rates,
+    top_speed,
+)
+from ab_sim.engine.integrate.registry import Stepper, parameters_of, stepper_named, steppers
 from ab_sim.model.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.model.dynamics.system import has_events
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import Accuracy
+
+SAFETY = 4.0
+"""Safety factor on the measured error before comparison with the requested one."""
+
+
+class WorkPrecision(NamedTuple):
+    """Chosen setting with its measured error and cost."""
+
+    asked: Accuracy
+    stepper: str
+    step: float
+    """Step [s]."""
+    parameters: Mapping[str, float]
+    """Parameters of the stepper."""
+    measured: Deviation
+    """Largest error over the run, without safety factor; includes the reference's own error."""
+    reference: str
+    """Reference of the measurement: one of the package's steppers, at a finer setting."""
+    unit: str
+    """Unit of the whirl's error: e, or the race radius R."""
+    seconds: float
+    """CPU time per simulated second, measured at the time of the choice."""
+
+    @property
+    def reason(self) -> str:
+        """Text for users: measured error, requested accuracy and cost."""
+        measured, asked = [], []
+        for tolerance, error, unit in (
+            (self.asked.angle, self.measured.angle, "rad"),
+            (self.asked.whirl, self.measured.whirl, self.unit),
+        ):
+            if tolerance is not None:
+                measured.append(f"{error:.1e} {unit}")
+                asked.append(f"{tolerance:g} {unit}")
+        return (
+            f"{setting(self.stepper, self.step, self.parameters)}: "
+            f"measured error {', '.join(measured)} "
+            f"(asked {', '.join(asked)}, safety factor {SAFETY:g}) by ab_sim's own "
+            f"{self.reference}, "
+            f"{1e6 * self.seconds:.0f} us of CPU time per simulated second"
+        )
+
+    def report(self) -> dict[str, object]:
+        """Return JSON-able values in SI units, the whirl in ``whirl_unit``."""
+        return {
+            "asked": self.asked.model_dump(exclude_none=True),
+            "measured": {"angle": self.measured.angle, "whirl": self.measured.whirl},
+            "measured_by": f"ab_sim's own {self.reference}",
+            "whirl_unit": self.unit,
+            "safety_factor": SAFETY,
+            "cpu_seconds_per_simulated_second": self.seconds,
+            "reason": self.reason,
+        }
+
+
+def setting(stepper: str, step: float, parameters: Mapping[str, float]) -> str:
+    """Return a stepper with its step [s] and parameters as text."""
+    parameters_text = "".join(f", {name} {value:g}" for name, value in parameters.items())
+    return f"{stepper} at {1e3 * step:g} ms{parameters_text}"
+
+
+def share_of(asked: Accuracy, angle: float, whirl: float) -> float:
+    """Return the larger ratio of error to requested accuracy; at most 1 if both are met."""
+    shares = [
+        error / tolerance
+        for error, tolerance in ((angle, asked.angle), (whirl, asked.whirl))
+        if tolerance is not None
+    ]
+    return max(shares)
+
 
 ALIKE = 1.15
 """Ratio of prices below which they are equal, due to the scatter of CPU times of short runs."""
@@ -277,3 +363,41 @@ def _rounded_up(value: float) -> float:
         return value
     digit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return math.ceil(value / digit * (1 - 1e-12)) * digit
+
+
+def resolve_accuracy(
+    scene: Scene,
+    period: float | None = None,
+    commanded: bool = False,
+    tell: Progress | None = None,
+) -> tuple[Scene, WorkPrecision | None]:
+    """Return the scene with the cheapest solver that delivers its requested accuracy.
+
+    Errors are measured on the scene's own run, over its profile and duration, which may take
+    minutes. Commands of a live drive are unknown, so they are not part of that run. A profile
+    controlled during the run is replaced by its plan, see ``Scene.planned``.
+
+    Args:
+        scene: scene; without a requested accuracy it is returned unchanged, with None.
+        period: period of a live node [s], which must be a multiple of the step; None for any step.
+        commanded: whether the step must be stable up to ``spindle.max_speed``.
+        tell: called before each run with the setting, and the CPU time spent and allowed [s].
+
+    Returns:
+        The scene with its solver, and the solver's measured error and cost.
+
+    Raises:
+        SceneError: the accuracy cannot be reached; the message states the best possible one.
+        DivergedError: the scene's run diverges with every step.
+    """
+    if scene.accuracy is None:
+        return scene, None
+    return cheapest(scene, _timed_run, period, commanded, tell)
+
+
+def _timed_run(scene: Scene, steps: int, every: int) -> Timed:
+    drive = Drive(scene.planned)
+    begin = time.thread_time()
+    taken = drive.advance(steps, every)
+    seconds = time.thread_time() - begin
+    return Timed(Samples.of(taken), seconds)

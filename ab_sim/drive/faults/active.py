@@ -8,9 +8,8 @@ import numpy as np
 
 from ab_sim.drive.disc import on_other_axes
 from ab_sim.drive.drive import Drive
-from ab_sim.drive.faults.fault import SPINDLE, VIBRATION, of_the_plant
+from ab_sim.drive.faults.fault import SPINDLE, VIBRATION, SensedFaults, of_the_plant
 from ab_sim.drive.faults.plant import held_balls, stop_held_balls
-from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.dynamics.system import has_motor

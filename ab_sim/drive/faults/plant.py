@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
-from ab_sim.model.dynamics.layout import layout_of
 from ab_sim.model.dynamics.system import (
     DIRECTION,
     MASS,
@@ -26,6 +25,7 @@ from ab_sim.model.dynamics.system import (
     System,
     has_friction,
     has_motor,
+    layout_of,
 )
 from ab_sim.model.equations.mounts import DAMPING, STIFFNESS
 from ab_sim.scene.model import Scene

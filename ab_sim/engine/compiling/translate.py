@@ -28,8 +28,7 @@ from ab_sim.engine.compiling.blocks import (
     Value,
     is_known,
 )
-from ab_sim.engine.compiling.conditions import Conditions
-from ab_sim.engine.compiling.expressions import Callees, result_type
+from ab_sim.engine.compiling.expressions import Callees, Conditions, result_type
 from ab_sim.engine.compiling.intrinsics import INTRINSICS
 from ab_sim.engine.compiling.source import (
     INT,

@@ -11,7 +11,19 @@ changes.
 """
 
 from ab_sim.engine.compiling.kinds import Floats, scratch
-from ab_sim.engine.events.balls import around, ball_at, gap, moves_along, put_branches, sign
+from ab_sim.engine.events.balls import (
+    around,
+    ball_at,
+    force_rounding,
+    gap,
+    largest_friction,
+    moves_along,
+    path_force_at,
+    path_force_less_friction,
+    put_branches,
+    put_normal_forces,
+    sign,
+)
 from ab_sim.engine.events.event_functions import (
     MOTOR,
     RATE_ROUNDING,
@@ -21,13 +33,6 @@ from ab_sim.engine.events.event_functions import (
     motor_functions,
 )
 from ab_sim.engine.events.impact import collide
-from ab_sim.engine.events.reactions import (
-    force_rounding,
-    largest_friction,
-    path_force_at,
-    path_force_less_friction,
-    put_normal_forces,
-)
 from ab_sim.engine.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PATH_FORCE, solve_rows
 from ab_sim.engine.events.run import ALONG, CURVE, BallEvents, Run, evaluate
 from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED

@@ -17,14 +17,16 @@ slots for n balls are:
 
 from ab_sim.engine.compiling.kinds import Floats
 from ab_sim.engine.events.balls import (
+    ROUNDING,
     around,
     ball_at,
     gap_between,
     is_stuck,
+    largest_friction,
     path_speed,
+    put_pushes,
     row_start,
 )
-from ab_sim.engine.events.reactions import ROUNDING, largest_friction, put_pushes
 from ab_sim.engine.events.run import COMMANDED, MOST, PULL, SIZE, BallEvents, Run
 from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED, SPACING
 

@@ -8,8 +8,14 @@ balls part at least at e times the speed of their approach, 0 <= P _|_ u+ + e u-
 """
 
 from ab_sim.engine.compiling.kinds import Floats, Table, call, scratch
-from ab_sim.engine.events.balls import around, ball_at, path_speed, put_branches, sign
-from ab_sim.engine.events.reactions import path_force_at
+from ab_sim.engine.events.balls import (
+    around,
+    ball_at,
+    path_force_at,
+    path_speed,
+    put_branches,
+    sign,
+)
 from ab_sim.engine.events.rows import CLOSED, COARSE, HOLD, HOP, SHIFT, first_open, solve_rows
 from ab_sim.engine.events.rows import PATH_FORCE as ROW_PULL
 from ab_sim.engine.events.run import (

@@ -13,10 +13,10 @@ error, and counts as *crossed* if g < -2 eps. An event is located where g + 2 ep
 """
 
 from ab_sim.engine.compiling.kinds import Floats
+from ab_sim.engine.events.balls import ROUNDING
 from ab_sim.engine.events.complementarity import solve_complementarity
 from ab_sim.engine.events.cubics import crossing, landing, minimum_of_cubic
 from ab_sim.engine.events.event_functions import NEVER, evaluate_at_start, event_functions
-from ab_sim.engine.events.reactions import ROUNDING
 from ab_sim.engine.events.run import Run, Workspace, evaluate, take_step
 
 MAX_EVENTS = 60

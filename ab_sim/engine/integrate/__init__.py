@@ -1,6 +1,5 @@
 """Steppers: their registry, the choice of one for a scene, and limits of the step."""
 
-from ab_sim.engine.integrate.registry import stepper_named
-from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.engine.integrate.registry import Stepper, stepper_named
 
 __all__ = ["Stepper", "stepper_named"]

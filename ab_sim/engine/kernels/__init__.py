@@ -19,7 +19,7 @@ c       constants: fields of deck and effects in order; columns of the balls, n 
 b       branches of set-valued laws, written by ``engine.events.balls.put_branches``: n signs of
         sliding friction (0 if a ball sticks or is unloaded); the mobility of the balls (n numbers
         1/mu, or with contact a symmetric n x n matrix); the motor's limit
-y       state, in the order of ``model.dynamics.layout``: deck; all angles; all rates; three
+y       state, in the order of ``model.dynamics.system``: deck; all angles; all rates; three
         numbers of a motor; two of the energy balance. Slope ``k`` and ``trial`` alike
 table   inputs of events: one row per column of ``engine.events.run``, one number per ball
 x       accelerations, the spindle's last
@@ -38,7 +38,7 @@ apply_impulse(c, b, y, jumps, v)              impact: change the velocities
 restitution(c, b, out, approach)              impact: coefficients of restitution
 tangent(c, b, t, y, d, out)                   exact derivative of the slope along directions
 
-Lanes also have ``engine.stepping.settle``, which accepts or rejects a step, and
-``engine.stepping.event_test``, which finds lanes that may have an event. An address is valid as
+Lanes also have ``engine.stepping.emitted``, which accepts or rejects a step, and
+``engine.stepping.emitted``, which finds lanes that may have an event. An address is valid as
 long as its ``Code`` object lives; ``code_of`` keeps the 16 kinds used last, at 0.7 MB each.
 """

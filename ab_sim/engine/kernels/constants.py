@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.model.dynamics.system import System, constants_of_balls
-from ab_sim.model.equations.race import BallConstants
+from ab_sim.model.equations.motion import BallConstants
 
 PLACE_FIELDS = ("phase", "until", "angle")
 """Names of the numbers that follow the fields of a segment."""

@@ -12,22 +12,19 @@ from ab_sim.model.dynamics.system import (
     has_motor,
     has_spindle_angle,
 )
-from ab_sim.model.equations.arrowhead import Arrow, Solved, solve
-from ab_sim.model.equations.energy import powers
-from ab_sim.model.equations.motion import SpindleMotion
-from ab_sim.model.equations.race import (
+from ab_sim.model.equations.arrowhead import Arrow, Solved, powers, solve
+from ab_sim.model.equations.motion import (
+    MotorState,
     OnRace,
+    SegmentInputs,
+    SpindleMotion,
+    Torques,
     friction_coefficient,
+    motor_driven,
     on_race,
     path_length,
-    rate_change,
-)
-from ab_sim.model.equations.spindle import (
-    MotorState,
-    SegmentInputs,
-    Torques,
-    motor_driven,
     prescribed,
+    rate_change,
 )
 from ab_sim.model.equations.sums import Number, over_effects
 from ab_sim.tracing import Expression, Graph, Level, cos, sin
@@ -245,7 +242,7 @@ class Model:
 
         These are NORMAL, PULL and SIZE of ``events.run``: the normal force, the force along the
         race minus sliding friction, and the magnitude of their terms, which bounds their rounding
-        errors (``events.reactions.force_rounding``).
+        errors (``events.balls.force_rounding``).
         """
         load, _, pull, friction, *others = columns
         coupling, press = others[5 : 5 + len(x)], others[5 + len(x) :]

@@ -20,8 +20,8 @@ from ab_sim.engine.events.location import (
     put_functions_at_end,
 )
 from ab_sim.engine.events.run import Run, evaluate
+from ab_sim.engine.stepping.emitted import MOVED, SOUND
 from ab_sim.engine.stepping.fixed_step import take_over_end
-from ab_sim.engine.stepping.settle import MOVED, SOUND
 from ab_sim.engine.stepping.side_by_side import (
     BEGIN,
     END,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.engine.compiling.kinds import Cube, Floats, IntegerTable, Table, aligned, call
-from ab_sim.engine.stepping.settle import SOUND
+from ab_sim.engine.stepping.emitted import SOUND
 
 LANES = 8
 """Number of runs side by side: doubles in one AVX-512 vector, or in two of AVX2."""

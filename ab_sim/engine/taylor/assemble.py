@@ -19,10 +19,9 @@ from ab_sim.engine.taylor.clock import (
     SOUND_STEPS,
     STEP,
 )
+from ab_sim.engine.taylor.driver import STATE, TaylorRun, TaylorRuns
 from ab_sim.engine.taylor.emission import TaylorEmission
-from ab_sim.engine.taylor.run import STATE, TaylorRun, TaylorRuns
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import System
+from ab_sim.model.dynamics.system import System, layout_of
 from ab_sim.tracing.derivatives import NotAnalyticError
 from ab_sim.tracing.llvm_text import module_text
 from ab_sim.tracing.machine_code import AS_WRITTEN, MachineCode

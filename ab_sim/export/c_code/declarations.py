@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.drive.sensing.pickup import low_pass_of
-from ab_sim.drive.units import unit_of
+from ab_sim.drive.pickup import low_pass_of
+from ab_sim.drive.trajectory import unit_of
 from ab_sim.engine.kernels.constants import flattened
 from ab_sim.export.c_code.templates import WIDTH, plain
 from ab_sim.model.dynamics.assemble import place_on

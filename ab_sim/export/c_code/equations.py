@@ -14,8 +14,7 @@ from ab_sim.engine.kernels.runge_kutta import Tableau
 from ab_sim.export.c_code.declarations import GIVEN, KINDS, DriveParameter
 from ab_sim.model.dynamics.assemble import of_ball
 from ab_sim.model.dynamics.system import FORMULA_COLUMNS, System
-from ab_sim.model.equations.motion import Ball
-from ab_sim.model.equations.race import BallConstants
+from ab_sim.model.equations.motion import Ball, BallConstants
 from ab_sim.scene.sensors import Accelerometer
 from ab_sim.tracing import Graph, Level
 from ab_sim.tracing.c_text import Store, c_literal, c_statements

@@ -15,9 +15,14 @@ import ab_sim
 from ab_sim.base.errors import InputError, SceneError, exact
 from ab_sim.base.files import check_can_be_made, replacing
 from ab_sim.drive import Drive
-from ab_sim.drive.rows import RowReader
-from ab_sim.engine.integrate.choose import Choice, choose_stepper, step_limiting_rates, top_speed
-from ab_sim.engine.integrate.limits import largest_step
+from ab_sim.drive.observation import RowReader
+from ab_sim.engine.integrate.choose import (
+    Choice,
+    choose_stepper,
+    largest_step,
+    step_limiting_rates,
+    top_speed,
+)
 from ab_sim.engine.integrate.registry import stepper_named
 from ab_sim.engine.kernels.runge_kutta import Tableau
 from ab_sim.export.c_code.declarations import (
@@ -36,8 +41,7 @@ from ab_sim.export.c_code.declarations import (
 from ab_sim.export.c_code.equations import Equations, equations_of, step_of
 from ab_sim.export.c_code.templates import comment, filled, in_html, in_markdown, plain
 from ab_sim.model.dynamics.assemble import linear_rates, start_state, state_bounds, system_of
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.system import System, eventful
+from ab_sim.model.dynamics.system import System, eventful, layout_of
 from ab_sim.model.spindle import RaisedCosine, Ramp, SpeedSchedule
 from ab_sim.scene.model import Scene
 from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal

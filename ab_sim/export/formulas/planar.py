@@ -8,9 +8,16 @@ from typing import Any, NamedTuple
 
 from ab_sim.export.formulas.lines import Equation, Lines, Symbols, lines_of
 from ab_sim.model.equations.arrowhead import Arrow, normal_force
-from ab_sim.model.equations.motion import Ball, DeckMotion, SpindleMotion
+from ab_sim.model.equations.motion import (
+    Ball,
+    BallConstants,
+    DeckMotion,
+    OnRace,
+    SpindleMotion,
+    on_race,
+    rate_change,
+)
 from ab_sim.model.equations.planar import Planar
-from ab_sim.model.equations.race import BallConstants, OnRace, on_race, rate_change
 from ab_sim.model.equations.sums import over_balls
 from ab_sim.tracing.expression import Graph
 from ab_sim.tracing.functions import cos, sin

@@ -7,8 +7,7 @@ import numpy as np
 
 from ab_sim.base.errors import SceneError
 from ab_sim.model.dynamics import registry
-from ab_sim.model.dynamics.layout import layout_of
-from ab_sim.model.dynamics.linearised import Linearised
+from ab_sim.model.dynamics.at_rest import Linearised
 from ab_sim.model.dynamics.system import (
     BALL_CONSTANTS,
     DISCRETE_COLUMNS,
@@ -25,10 +24,10 @@ from ab_sim.model.dynamics.system import (
     constants_of_balls,
     has_motor,
     has_spin,
+    layout_of,
 )
-from ab_sim.model.equations.motion import Ball, SpindleMotion
+from ab_sim.model.equations.motion import Ball, BallConstants, SpindleMotion, on_race
 from ab_sim.model.equations.neighbours import contacts_of, reduced, start_angles, start_gaps
-from ab_sim.model.equations.race import BallConstants, on_race
 from ab_sim.model.equations.sums import over_effects
 from ab_sim.model.spindle import ScheduledSegment
 from ab_sim.scene.model import Scene

@@ -10,7 +10,7 @@ import numpy as np
 
 from ab_sim.base.errors import SceneError
 from ab_sim.base.plug_ins import load_installed
-from ab_sim.model.dynamics.linearised import Linearised
+from ab_sim.model.dynamics.at_rest import Linearised
 from ab_sim.model.dynamics.system import System
 from ab_sim.scene.model import Scene
 

@@ -1,12 +1,13 @@
-"""Constants of the moving bodies, and the columns of their arrays."""
+"""Constants of the moving bodies, the columns of their arrays, and the layout of the state."""
 
+import functools
 from collections.abc import Mapping
 from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.model.equations.race import BallConstants
+from ab_sim.model.equations.motion import BallConstants
 from ab_sim.model.equations.sums import any_has, over_effects
 
 MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
@@ -43,7 +44,7 @@ FORMULA_COLUMNS = (
     *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
     *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
 )
-"""Columns of System.balls, in the order of ``equations.race.BallConstants``."""
+"""Columns of System.balls, in the order of ``equations.motion.BallConstants``."""
 EVENTFUL = {
     "friction_coefficient": "balls stick and slip",
     "restitution": "balls collide",
@@ -151,3 +152,59 @@ def has_spindle_angle(system: System) -> bool:
     """Return whether the equations contain the spindle's angle."""
     turned = any_has(system.effects, "space_force", "gravity")
     return bool(type(system.deck_model).NEEDS_ANGLE or turned)
+
+
+MOTOR_NAMES = ("spindle angle", "spindle speed", "speed loop's integral")
+ENERGY_BALANCE_NAMES = ("motor work", "energy dissipated")
+
+
+class StateLayout(NamedTuple):
+    """Positions of quantities in a system's state, for Python."""
+
+    names: tuple[str, ...]
+    """Names of all states."""
+    deck: slice
+    """The deck model's own states, see its class."""
+    angles: slice
+    """Positions of theta_i."""
+    rates: slice
+    """Positions of theta_i'."""
+    spindle: slice
+    """Positions of psi, w and the speed loop's integral; empty without a motor."""
+    energy_balance: slice
+    """Positions of motor work and dissipated energy; empty without an energy balance."""
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.names)
+
+
+def layout_of(system: System) -> StateLayout:
+    """Return the positions of quantities in the state of a system."""
+    deck_names, n = type(system.deck_model).STATE_NAMES, len(system.balls)
+    return _layout(deck_names, n, bool(has_motor(system.effects)), bool(system.energy_balance))
+
+
+@functools.lru_cache
+def _layout(deck_names: tuple[str, ...], n: int, motor: bool, energy_balance: bool) -> StateLayout:
+    names = [
+        *deck_names,
+        *(f"ball_{i} angle" for i in range(n)),
+        *(f"ball_{i} rate" for i in range(n)),
+    ]
+    angles, rates = (
+        slice(len(deck_names), len(deck_names) + n),
+        slice(len(deck_names) + n, len(names)),
+    )
+    names += MOTOR_NAMES if motor else ()
+    spindle = slice(rates.stop, len(names))
+    names += ENERGY_BALANCE_NAMES if energy_balance else ()
+    return StateLayout(
+        tuple(names),
+        slice(0, len(deck_names)),
+        angles,
+        rates,
+        spindle,
+        slice(spindle.stop, len(names)),
+    )

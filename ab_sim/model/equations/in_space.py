@@ -37,10 +37,24 @@ import numpy as np
 from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.model.equations.arrowhead import Arrow
 from ab_sim.model.equations.deck_model import deck_model
-from ab_sim.model.equations.motion import SpindleMotion
-from ab_sim.model.equations.mounts import mount_energy, mount_forces, mount_loss
-from ab_sim.model.equations.orientation import cross, half_product, to_deck, to_ground, turn_of
-from ab_sim.model.equations.race import BallConstants, OnRace, drag_force, on_race, relative_load
+from ab_sim.model.equations.motion import (
+    BallConstants,
+    OnRace,
+    SpindleMotion,
+    drag_force,
+    on_race,
+    relative_load,
+)
+from ab_sim.model.equations.mounts import (
+    cross,
+    half_product,
+    mount_energy,
+    mount_forces,
+    mount_loss,
+    to_deck,
+    to_ground,
+    turn_of,
+)
 from ab_sim.model.equations.sums import Number, any_has, over_balls, over_effects
 from ab_sim.tracing.functions import sqrt
 

@@ -27,8 +27,15 @@ import numpy as np
 
 from ab_sim.model.equations.arrowhead import Arrow
 from ab_sim.model.equations.deck_model import deck_model
-from ab_sim.model.equations.motion import DeckMotion, SpindleMotion
-from ab_sim.model.equations.race import BallConstants, OnRace, drag_force, on_race, relative_load
+from ab_sim.model.equations.motion import (
+    BallConstants,
+    DeckMotion,
+    OnRace,
+    SpindleMotion,
+    drag_force,
+    on_race,
+    relative_load,
+)
 from ab_sim.model.equations.sums import Number, any_has, over_balls, over_effects
 
 State = Sequence[Number]

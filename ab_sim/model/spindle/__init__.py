@@ -1,8 +1,13 @@
 """The spindle's speed over time: schedules of profiles, set-points, and the speed servo."""
 
-from ab_sim.model.spindle.schedule import ScheduledSegment, SpeedSchedule, top_speed_of
-from ab_sim.model.spindle.servo import SpeedServo
-from ab_sim.model.spindle.speed_laws import RaisedCosine, Ramp
+from ab_sim.model.spindle.commands import SpeedServo
+from ab_sim.model.spindle.schedule import (
+    RaisedCosine,
+    Ramp,
+    ScheduledSegment,
+    SpeedSchedule,
+    top_speed_of,
+)
 
 __all__ = [
     "ScheduledSegment",

@@ -1,12 +1,198 @@
-"""Execution of a profile whose segments may end on conditions; it does not need ROS."""
+"""Schedule of a profile in progress, whose segments may end on conditions."""
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ab_sim.base.numbers import MOST_TIME, finite, whole
-from ab_sim.model.spindle.schedule_in_progress import ScheduleInProgress
-from ab_sim.model.spindle.vibration_condition import VibrationCondition
+from ab_sim.model.spindle.schedule import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.scene.load import RequestedProfile
+from ab_sim.scene.segments import Until
+
+if TYPE_CHECKING:
+    from ab_sim.scene.profiles import AnyProfile
+    from ab_sim.scene.segments import Until
+
+
+class ScheduleInProgress:
+    """Schedule as far as it is decided; later segments with conditions get their longest duration.
+
+    Args:
+        profile: the profile.
+        first: speed at which it begins [rad/s].
+    """
+
+    def __init__(self, profile: "AnyProfile", first: float) -> None:
+        self._segments = profile.segments if profile.kind == "segments" else ()
+        self.profile = SpeedSchedule.asked(profile, first)
+        """Schedule from now on."""
+        self.count = len(self.profile.segments) - 1
+        """Number of segments."""
+        self._first = 0
+
+    def number(self, time: float) -> int:
+        """Return the number of the segment at a time [s], from 0; the count after the last one."""
+        return self._first + self.profile.number_at(time)
+
+    def until(self, number: int) -> "Until | None":
+        """Return the condition that ends a segment; None if the segment has none."""
+        return self._segments[number].until if number < len(self._segments) else None
+
+    def leave(self, time: float) -> None:
+        """End the present segment at a time [s]; the next one begins at the speed reached."""
+        index = self.number(time) + 1
+        self.profile = SpeedSchedule.of_segments(
+            self._segments[index:], float(self.profile.speed(time)), start=time
+        )
+        self._first = index
+
+    def words(self, number: int) -> str:
+        """Describe a present or future segment."""
+        scheduled, until = self.profile.segments[number - self._first], self.until(number)
+        if until is None:
+            return _words(scheduled)
+        slope = scheduled.segment.acceleration(0.0)
+        how = f"accelerate at {slope:g} rad/s^2" if slope else f"hold {_speed(scheduled):g} rad/s"
+        return f"{how} until {until.words}, at most {until.at_most:g} s"
+
+
+def _speed(scheduled: ScheduledSegment) -> float:
+    return _rounded(scheduled.segment.speed(0.0))
+
+
+def _rounded(speed: float) -> float:
+    return round(float(speed), 9) + 0.0  # + 0.0 turns -0 into 0
+
+
+def _words(scheduled: ScheduledSegment) -> str:
+    lasts = scheduled.end - scheduled.start
+    begin, end = _speed(scheduled), _rounded(scheduled.segment.speed(lasts))
+    if not isinstance(scheduled.segment, Ramp):
+        return f"from {begin:g} to {end:g} rad/s along a raised cosine in {lasts:g} s"
+    if scheduled.segment.slope == 0.0 or lasts == 0.0:
+        return f"hold {begin:g} rad/s for {lasts:g} s"
+    return f"from {begin:g} to {end:g} rad/s at {scheduled.segment.slope:g} rad/s^2"
+
+
+LEAST_SAMPLES = 8
+"""Least number of samples in a window, which is extended if there are fewer."""
+
+AXES = 3
+"""Number of axes of a vibration vector."""
+
+
+class _Sensor:
+    """The present window of one sensor, and the result of its last complete one."""
+
+    def __init__(self) -> None:
+        self.rms: float | None = None
+        self.newest: int | None = None
+        self._begin(0)
+
+    def _begin(self, stamp: int) -> None:
+        self._since, self._count, self._spread = stamp, 0, 0.0
+        self._mean = [0.0] * AXES
+
+    def state(self) -> list[Any]:
+        return [self.rms, self.newest, self._since, self._count, self._spread, *self._mean]
+
+    def restore(self, state: Sequence[Any]) -> None:
+        rms, newest, since, count, spread, *mean = state
+        self.rms = None if rms is None else finite(rms, 0.0)
+        self.newest = None if newest is None else whole(newest)
+        self._since, self._count, self._spread = whole(since), whole(count, 0), finite(spread, 0.0)
+        self._mean[:] = map(finite, mean)
+        if len(self._mean) != AXES:
+            raise ValueError(f"its mean has {len(self._mean)} numbers; must have {AXES}")
+
+    def receive(self, stamp: int, vector: Sequence[float], over: float) -> None:
+        if self.newest is None or stamp < self.newest:
+            self.rms = None  # the first sample, or the drive was reset
+            self._begin(stamp)
+        elif (stamp - self._since) * 1e-9 >= over and self._count >= LEAST_SAMPLES:
+            self.rms = math.sqrt(self._spread / self._count)
+            self._begin(stamp)
+        self.newest = stamp
+        self._count += 1
+        # Welford's algorithm: no large numbers are subtracted
+        for axis, value in enumerate(vector):
+            off = value - self._mean[axis]
+            self._mean[axis] += off / self._count
+            self._spread += off * (value - self._mean[axis])
+
+
+class VibrationCondition:
+    """Evaluation of a condition on the measured vibration, from now on.
+
+    Args:
+        until: the condition.
+        now: the time by the caller's clock [s].
+    """
+
+    def __init__(self, until: Until, now: float) -> None:
+        self._until = until
+        self._sensors: dict[str, _Sensor] = {}
+        self._heard: dict[str, float] = {}
+        self._began = now
+
+    def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
+        """Process a sample; one that is not finite, or repeats the last stamp, is ignored.
+
+        Args:
+            now: time by the caller's clock [s].
+            sensor: frame of the sensor.
+            stamp: time by the drive's clock [ns], of which only differences matter.
+            vector: acceleration along three axes [m/s^2].
+        """
+        sensor_ = self._sensors.setdefault(sensor, _Sensor())
+        if not all(map(math.isfinite, vector)) or stamp == sensor_.newest:
+            return
+        sensor_.receive(stamp, vector, self._until.over)
+        self._heard[sensor] = now
+
+    @property
+    def rms(self) -> float | None:
+        """Largest root mean square of the sensors [m/s^2].
+
+        None until each has a complete window.
+        """
+        values = [sensor.rms for sensor in self._sensors.values()]
+        return (
+            None if not values or None in values else max(rms for rms in values if rms is not None)
+        )
+
+    @property
+    def met(self) -> bool:
+        """True if the condition holds."""
+        below, above, rms = (
+            self._until.vibration_rms_below,
+            self._until.vibration_rms_above,
+            self.rms,
+        )
+        if rms is None:
+            return False
+        return rms < below if below is not None else above is not None and rms > above
+
+    def silence(self, now: float) -> float:
+        """Return the longest time for which a sensor has been silent [s]."""
+        times = [self._heard.get(sensor, self._began) for sensor in self._sensors]
+        return now - min(times, default=self._began)
+
+    def state(self) -> dict[str, Any]:
+        """Return the complete state as JSON-able values."""
+        sensors = {name: sensor.state() for name, sensor in self._sensors.items()}
+        return {"sensors": sensors, "heard": self._heard, "began": self._began}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from a result of ``state``."""
+        self._began = finite(state["began"], 0.0, MOST_TIME)
+        self._heard = {
+            str(name): finite(heard, 0.0, MOST_TIME) for name, heard in state["heard"].items()
+        }
+        self._sensors = {str(name): _Sensor() for name in state["sensors"]}
+        for name, sensor in self._sensors.items():
+            sensor.restore(state["sensors"][name])
+
 
 PERIOD, SILENCE = 0.005, 1.0
 """Defaults [s]: time between two commands, and time for which the vibration may be missing."""

@@ -10,8 +10,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ab_sim.model.spindle.schedule import ScheduledSegment, SpeedSchedule
-from ab_sim.model.spindle.speed_laws import Ramp
+from ab_sim.model.spindle.schedule import Ramp, ScheduledSegment, SpeedSchedule
 
 
 class StepGrid(NamedTuple):

@@ -14,7 +14,7 @@ from ab_msgs_py import Block, Topic, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import Event
 from ab_sim.base.errors import RecordingError, SceneError
-from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.closed_forms import driving_forces
 from ab_sim.drive.published import CONSTANTS, STATE_TOPICS, StateChannels
 from ab_sim.drive.trajectory import Trajectory, balls_in
 from ab_sim.record.bags import contract

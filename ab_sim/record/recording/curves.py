@@ -23,8 +23,7 @@ from ab_sim.base.palette import (
     series_colours,
 )
 from ab_sim.base.presentation import in_one_turn
-from ab_sim.drive.orientation import tilt_of
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, tilt_of
 from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.layout import CHANNELS, DERIVED, SAMPLES, Array, vector_columns
 from ab_sim.record.recording.shapes import ROTOR

@@ -58,7 +58,7 @@ class Drawing:
                 "eccentricity [m] and balls, a list of numbers, or None, for ball_radii [m], and "
                 "lists of names, or None, for effects and sensors, for a deck in space the section "
                 "deck with mounts (places), race_heights, ball_heights and rotor_height [m], and "
-                f"the entries of ab_sim.drive.explanation.explain: {error!r}"
+                f"the entries of ab_sim.drive.description.explain: {error!r}"
             ) from error
         if len(radii) != balls:
             raise RecordingError(

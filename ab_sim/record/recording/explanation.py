@@ -8,15 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.drive.balance import Balance
-from ab_sim.drive.driving_forces import DrivenBalls
-from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
+from ab_sim.drive.closed_forms import Balance, DrivenBalls, RotorWithoutBalls
 from ab_sim.record.recording.layout import Array
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """Quantities of `ab_sim.drive.explanation.explain`; those that are None are not drawn."""
+    """Quantities of `ab_sim.drive.description.explain`; those that are None are not drawn."""
 
     motion: float | None
     """Size of the deck's motion [m]."""

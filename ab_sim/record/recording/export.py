@@ -16,9 +16,8 @@ import pyarrow.parquet
 
 from ab_sim.base.errors import InputError, RecordingError, exact
 from ab_sim.base.files import replacing
-from ab_sim.drive.trajectory import column_of, whirl_of
+from ab_sim.drive.trajectory import column_of, unit_of, whirl_of
 from ab_sim.drive.turn_vector import PHASE, SIZE, TurnVector
-from ab_sim.drive.units import unit_of
 from ab_sim.record.recording.layout import Array
 from ab_sim.record.recording.stored import StoredRun
 

@@ -20,7 +20,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.base.palette import BALANCED, GREY, RESIDUAL, RESULTANT, UNBALANCE, Colour, ball_colour
-from ab_sim.drive.balance import Balance, resultant
+from ab_sim.drive.closed_forms import Balance, resultant
 from ab_sim.drive.urdf import DISC, MARK, MARK_PLACE, PLATE
 from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.layout import Array

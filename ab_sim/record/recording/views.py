@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.base.presentation import NOTATION, in_one_turn
-from ab_sim.drive.rotor_without_balls import WhirlWithoutBalls
+from ab_sim.drive.closed_forms import WhirlWithoutBalls
 from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.drive.turn_vector import TurnVector
 from ab_sim.record.recording.blueprint import blueprint, plain_blueprint

@@ -9,8 +9,7 @@ import numpy as np
 from ab_sim import Scene, Trajectory, load_scene, metrics_of, simulate_batch
 from ab_sim.analysis.metrics import rms
 from ab_sim.analysis.startup import peak_whirl
-from ab_sim.drive.balance import resultant
-from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.closed_forms import driving_forces, resultant
 from ab_sim.scene.load import changed_scene
 
 Tell = Callable[[str, int, int], None]

@@ -14,7 +14,7 @@ import numpy as np
 from ab_sim import Scene, Trajectory, load_scene
 from ab_sim.analysis import run_scene, without_balls
 from ab_sim.analysis.metrics import metrics_of
-from ab_sim.drive.balance import resultant
+from ab_sim.drive.closed_forms import resultant
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.profiles import StartUpProfile
 from gallery.thesis.drive import Tell

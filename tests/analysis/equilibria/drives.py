@@ -6,8 +6,7 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.model.dynamics.system import MASS, MOBILITY, MOMENT, RACE_RADIUS, ROLLING_MASS, System
-from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.model.equations.effects.suspension import Suspension
+from ab_sim.model.equations.effects import HardeningSuspension, Suspension
 from ab_sim.scene import Scene, check_scene
 
 ROLLING = 1.4

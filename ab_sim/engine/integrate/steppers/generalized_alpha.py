@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.engine.integrate.registry import Parameter, register_family
-from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.engine.integrate.registry import Parameter, Stepper, register_family
 
 ROUNDING = 1e-7
 """Bound of the rounding error of a root's modulus; nearly equal roots have half of the digits."""

@@ -7,8 +7,7 @@ length of a step from the tolerance; Moore, Interval Analysis (1966), ch. 11, fo
 import math
 from typing import NamedTuple
 
-from ab_sim.engine.integrate.registry import Parameter, register_family
-from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.engine.integrate.registry import Parameter, Stepper, register_family
 
 PARTS = 1024
 """Maximum number of parts into which a step of the scene is divided."""

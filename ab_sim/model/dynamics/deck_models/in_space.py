@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from ab_sim.base.errors import SceneError
-from ab_sim.model.dynamics.hanging import place_at_rest
-from ab_sim.model.dynamics.linearised import Linearised
+from ab_sim.model.dynamics.at_rest import Linearised, place_at_rest
 from ab_sim.model.dynamics.registry import IN_SPACE, DeckFromScene, register_deck_model
 from ab_sim.model.dynamics.system import (
     MASS,
@@ -22,8 +21,7 @@ from ab_sim.model.dynamics.system import (
 )
 from ab_sim.model.equations.in_space import InSpace, symmetric
 from ab_sim.model.equations.motion import Ball
-from ab_sim.model.equations.mounts import MOUNT_WIDTH, mount_energy
-from ab_sim.model.equations.orientation import turn_of
+from ab_sim.model.equations.mounts import MOUNT_WIDTH, mount_energy, turn_of
 from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import inertia_matrix

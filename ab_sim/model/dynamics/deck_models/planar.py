@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.base.errors import SceneError
-from ab_sim.model.dynamics.hanging import place_at_rest
-from ab_sim.model.dynamics.linearised import Linearised
+from ab_sim.model.dynamics.at_rest import Linearised, place_at_rest
 from ab_sim.model.dynamics.registry import PLANAR, DeckFromScene, register_deck_model
 from ab_sim.model.dynamics.system import (
     MASS,

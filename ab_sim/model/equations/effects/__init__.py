@@ -1,4 +1,4 @@
-"""Effects that a scene may name: one file each, registered by importing it here.
+"""Effects that a scene may name, registered by importing them here.
 
 An effect is a ``NamedTuple``. Its fields are its parameters, its docstring is its meaning, and it
 has those of the methods below that it needs. A method that no effect of a scene has is not
@@ -56,18 +56,20 @@ error that explains this. Fields that are not floats, such as counts and choices
 ``register`` adds the equation, its source, and whether the balls' radius matters.
 """
 
-from ab_sim.model.equations.effects.ball_contact import BallContact
-from ab_sim.model.equations.effects.ball_spin import BallSpin
-from ab_sim.model.equations.effects.gravity import Gravity
-from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.model.equations.effects.motor import Motor
-from ab_sim.model.equations.effects.race_friction import RaceFriction
-from ab_sim.model.equations.effects.race_runout import RaceRunout
-from ab_sim.model.equations.effects.rolling_friction import RollingFriction
-from ab_sim.model.equations.effects.spindle_acceleration import SpindleAcceleration
-from ab_sim.model.equations.effects.suspension import Suspension
-from ab_sim.model.equations.effects.unequal_suspension import UnequalSuspension
-from ab_sim.model.equations.effects.viscous_drag import ViscousDrag
+from ab_sim.model.equations.effects.built_in import (
+    BallContact,
+    BallSpin,
+    Gravity,
+    HardeningSuspension,
+    Motor,
+    RaceFriction,
+    RaceRunout,
+    RollingFriction,
+    SpindleAcceleration,
+    Suspension,
+    UnequalSuspension,
+    ViscousDrag,
+)
 
 __all__ = [
     "BallContact",
