@@ -25,7 +25,7 @@ def explain(scene: Scene) -> dict[str, Any]:
     Returns:
         - ``motion``: expected size of the deck's motion [m], for the scale of a drawing.
         - ``unbalance``, ``moments``: M0 e and m_i R [kg m].
-        - ``balance``: fields of `drive.balance.Balance`, or ``left_out`` with the reason for none.
+        - ``balance``: fields of `Balance`, or ``left_out`` with the reason for none.
         - ``alone``: fields of `RotorWithoutBalls`, or ``left_out`` with the reason for none.
         - ``driven``: fields of `DrivenBalls`.
         - ``critical_speed``, ``top_speed``: that of the suspension and of the profile [rad/s].

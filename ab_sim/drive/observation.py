@@ -79,7 +79,7 @@ class Observation:
     def tilt(self) -> np.ndarray:
         """Return the deck's angles alpha, beta, gamma [rad], shape (3,).
 
-        See ``orientation.tilt_of``.
+        See ``trajectory.tilt_of``.
         """
         return tilt_of(self.turn)
 

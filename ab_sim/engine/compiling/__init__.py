@@ -19,9 +19,8 @@ subset of Python. It is translated from source and annotations to LLVM IR:
     again = compiled(above).bind(row)   # unpacks the first argument once
     again(0.5)                          # 0.5 us, with the interpreter's lock released
 
-Modules, each building on those before it: ``kinds``, ``source``, ``blocks``,
-``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``library``,
-``calling``.
+Modules, each building on those before it: ``kinds``, ``source``, ``blocks``, ``expressions``,
+``intrinsics``, ``translate``, ``library``, ``calling``.
 
 The subset
 ----------

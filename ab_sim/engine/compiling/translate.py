@@ -1,10 +1,8 @@
 """Translate functions of the subset to LLVM IR.
 
     source        source and annotations of a function
-    blocks        lines of LLVM IR, and the values that they compute
-    operations    arithmetic and comparisons of two numbers
+    blocks        lines of LLVM IR, the values that they compute, and operations on numbers
     expressions   expressions
-    conditions    expressions that branch
     intrinsics    functions that are expanded in place instead of called
     translate     statements, and whole functions
     library       modules of a function and its callees; the entry from outside

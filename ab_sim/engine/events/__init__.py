@@ -4,8 +4,7 @@ These modules are in the subset of Python that ``ab_sim.engine.compiling`` trans
 depend on a scene, whose emitted functions are called by their addresses.
 
 run                functions of a scene, its balls, and the arrays of a run
-balls              balls along the race: neighbours, gaps, and the branches that a scene reads
-reactions          forces that the equations of motion do not contain
+balls              balls along the race: neighbours, gaps, branches that a scene reads, reactions
 event_functions    smooth functions that are positive while a branch holds
 rows               balls in contact at one instant: an isotonic regression
 impact             collisions of balls

@@ -4,8 +4,7 @@ model         equations of a kind of scene as expressions
 constants     layout of a scene's numbers in memory
 emission      functions of expressions: slope, tables for events, samples
 runge_kutta   step of an explicit method
-tangent       derivatives with respect to states and time
-code          all functions of a kind of scene, compiled when first requested
+code          all functions of a kind of scene, compiled when first requested; derivatives
 
 Memory
 ------

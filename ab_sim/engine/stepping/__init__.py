@@ -4,7 +4,6 @@ fixed_step         one step after the other, cut at events where there are set-v
 implicit           one step of an implicit method
 side_by_side       steps of eight runs at once, without events
 over_events        steps of eight runs at once, with events
-settle             emitted: new states of eight runs from the results of a step
-event_test         emitted: test for possible events in the steps of eight runs
+emitted            emitted code for eight runs: results of a step, test for possible events
 assemble           build a Run from a system and its machine code
 """

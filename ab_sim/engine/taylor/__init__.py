@@ -8,12 +8,10 @@ side by side chooses its own steps. The method is for scenes without events only
 describes one branch of a set-valued law.
 
     series            expressions of the states' coefficients, from the equations
-    step_length       LLVM code of the step length
     clock             times of steps and samples, and the expressions that update them
     emission          machine code of all functions below
-    run               functions and arrays of runs; advance to the next samples: in the subset
-    drive             one run along a speed profile: as ``stepping.fixed_step.advance``
-    side_by_side      eight runs: as ``stepping.side_by_side``
+    driver            functions and arrays of runs; one run along a speed profile, as
+                      ``stepping.fixed_step.advance``; eight runs, as ``stepping.side_by_side``
     assemble          build the runs from a system and its code
 
 Emitted functions
