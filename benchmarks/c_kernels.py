@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from beside.width import for_compilers
 
-from ab_sim.engine.integrate.steppers.emitted import Tableau
+from ab_sim.engine.kernels.runge_kutta import Tableau
 
 SOURCE = Path(__file__).with_name("c_kernel") / "thesis.c"
 FLAGS = ("-O3",)

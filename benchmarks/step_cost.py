@@ -29,7 +29,7 @@ from rich.console import Console  # noqa: E402
 
 from ab_sim.analysis.effect_cost import Quartiles, conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.engine.integrate.steppers.emitted import Tableau  # noqa: E402
+from ab_sim.engine.kernels.runge_kutta import Tableau  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.step=0.001"]

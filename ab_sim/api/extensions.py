@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from typing import TypeVar
 
 from ab_sim.engine.integrate import registry as steppers
-from ab_sim.engine.integrate.steppers.emitted import explicit
+from ab_sim.engine.integrate.explicit import explicit
 from ab_sim.export.formulas.effects import METHODS
 from ab_sim.scene import registry as effects
 

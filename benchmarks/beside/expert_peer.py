@@ -21,7 +21,7 @@ import numpy as np
 
 from ab_sim.analysis.accuracy_cost.methods import FailedError
 from ab_sim.analysis.accuracy_cost.problem import RightHandSide
-from ab_sim.engine.integrate.steppers.emitted import RK8
+from ab_sim.engine.integrate.steppers.rk8 import RK8
 from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene import Scene
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls

@@ -8,7 +8,7 @@ import pytest
 from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate.registry import stepper_named
-from ab_sim.engine.integrate.steppers.emitted import METHOD, growth
+from ab_sim.engine.integrate.steppers.imex8 import METHOD, growth
 from ab_sim.scene import Scene
 
 STICKING = {"rolling_friction": {"arm": 1e-5}, "viscous_drag": {"coefficient": 100.0}}

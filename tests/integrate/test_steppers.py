@@ -9,7 +9,7 @@ import pytest
 from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate.registry import stepper_named, steppers
-from ab_sim.engine.integrate.steppers.emitted import RK8
+from ab_sim.engine.integrate.steppers.rk8 import RK8
 from ab_sim.engine.kernels.runge_kutta import Tableau
 
 TABLEAUX = {name: s for name, s in steppers().items() if isinstance(s.weights, Tableau)}

@@ -9,8 +9,8 @@ import pytest
 from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate import registry
+from ab_sim.engine.integrate.explicit import explicit
 from ab_sim.engine.integrate.registry import steppers
-from ab_sim.engine.integrate.steppers.emitted import explicit
 from ab_sim.scene import load_scene
 
 NAME = "midpoint"

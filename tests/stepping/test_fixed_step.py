@@ -10,7 +10,7 @@ import pytest
 from ab_sim.drive.steps import StepPlan
 from ab_sim.engine.compiling import compiled
 from ab_sim.engine.events.run import Run
-from ab_sim.engine.integrate.steppers.emitted import RK8
+from ab_sim.engine.integrate.steppers.rk8 import RK8
 from ab_sim.engine.kernels.code import code_of
 from ab_sim.engine.stepping.assemble import run_of
 from ab_sim.engine.stepping.fixed_step import (

@@ -27,7 +27,8 @@ from ab_sim.base.errors import InputError, SceneError
 from ab_sim.drive.accuracy.trials import Deviation, Samples, deviation, rounding
 from ab_sim.engine.compiling import compiled
 from ab_sim.engine.compiling.kinds import Floats, Table, call
-from ab_sim.engine.integrate.steppers.emitted import RK8, TSIT5
+from ab_sim.engine.integrate.steppers.rk8 import RK8
+from ab_sim.engine.integrate.steppers.tsit5 import TSIT5
 from ab_sim.engine.integrate.vector_field import Field
 from ab_sim.model.dynamics.assemble import linear_rates
 from ab_sim.scene.model import Scene

@@ -6,8 +6,8 @@ import pytest
 from ab_sim.analysis.held_speed import held
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate.registry import steppers
-from ab_sim.engine.integrate.steppers.emitted import Tableau
 from ab_sim.engine.integrate.vector_field import Flow
+from ab_sim.engine.kernels.runge_kutta import Tableau
 from ab_sim.model.dynamics.assemble import start_state
 from ab_sim.scene import Scene, load_scene
 from tests.analysis.floquet.scenes import deck, plane

@@ -1,0 +1,25 @@
+"""Create explicit Runge-Kutta methods from their tableaus."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ab_sim.engine.integrate.registry import Stepper
+from ab_sim.engine.kernels.runge_kutta import Tableau
+
+
+def explicit(
+    name: str, order: int, source: str, rows: Sequence[Sequence[float]], weights: Sequence[float]
+) -> Stepper:
+    """Return a method from the rows below its tableau's diagonal; stage times are the row sums."""
+    stages = len(weights)
+    a, b = np.zeros((stages, stages)), np.array(weights)
+    for i, row in enumerate(rows, start=1):
+        a[i, : len(row)] = row
+
+    def growth(z: complex) -> complex:
+        ones = np.ones(stages, dtype=complex)
+        return complex(1 + z * (b @ np.linalg.solve(np.eye(stages) - z * a, ones)))
+
+    tableau = Tableau(a, b, a.sum(axis=1))
+    return Stepper(name, order, source, tableau, stages, growth, takes_lanes=True)
