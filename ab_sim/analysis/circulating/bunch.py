@@ -213,7 +213,7 @@ class CirculatingBunch:
     spindle_speed: float
     """Spindle speed w [rad/s], with its sign."""
     count: int
-    """Number p of balls in the bunch, out of ``drive.balls``."""
+    """Number p of balls in the bunch, out of the number of balls."""
     speed: float
     """Speed s of the bunch relative to the housing [rad/s], with the sign of w."""
     W: float
@@ -286,7 +286,7 @@ def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunc
     Args:
         drive: parameters of the drive.
         speed: spindle speed w [rad/s], either sign.
-        count: number p of balls, from 1 to ``drive.balls``.
+        count: number p of balls, from 1 to the number of balls.
 
     Raises:
         ValueError: ``count`` is out of range.

@@ -47,7 +47,7 @@ def reach_over_speed(drive: BunchDrive, count: int, also: Sequence[float] = ()) 
 
     Args:
         drive: parameters of the drive.
-        count: number of balls in the bunch, from 1 to ``drive.balls``.
+        count: number of balls in the bunch, from 1 to the number of balls.
         also: further speeds at which the state is sought.
     """
     critical = math.sqrt(drive.stiffness / drive.mass)
@@ -62,7 +62,7 @@ def reach_over_drag(drive: BunchDrive, speed: float, count: int) -> list[Reach]:
     Args:
         drive: parameters of the drive.
         speed: spindle speed w [rad/s], not 0.
-        count: number of balls in the bunch, from 1 to ``drive.balls``.
+        count: number of balls in the bunch, from 1 to the number of balls.
     """
     values = np.union1d(drive.drag * np.geomspace(1e-3, 1e3, LOOKS), [drive.drag])
     return _reach(lambda drag: (drive._replace(drag=drag), abs(speed)), count, values)
