@@ -171,11 +171,11 @@ class Fleet:
         health = self.health(node)
         return "" if health is None else health.values.get(key, "")
 
-    def call(self, service: str, switch: bool | None = None) -> Answer:
-        """Call a Trigger service, or with ``switch`` a SetBool service."""
+    def call(self, service: str, switch: bool | None = None, again: float = math.inf) -> Answer:
+        """Call a Trigger service, or with ``switch`` a SetBool service; see ``ask``."""
         kind = Trigger if switch is None else SetBool
         request = trigger_request() if switch is None else switch_request(switch)
-        return answer_of(self.ask(kind, service, request))
+        return answer_of(self.ask(kind, service, request, again))
 
     def set(self, node: str, **values: Any) -> Answer:
         """Set all parameters or none; return success and the reason of a failure."""
@@ -196,11 +196,18 @@ class Fleet:
         answer = self.ask(GetState, f"{node}/get_state", GetState.Request())
         return str(answer.current_state.label)
 
-    def ask(self, kind: Any, service: str, request: Any) -> Any:
-        """Call a service of any type and return its response."""
-        future = self.client(kind, service).call_async(request)
-        self.until(future.done, f"answer of {service}")
-        return future.result()
+    def ask(self, kind: Any, service: str, request: Any, again: float = math.inf) -> Any:
+        """Call a service of any type, again after so many seconds, and return its response."""
+        client, futures, sent = self.client(kind, service), [], -math.inf
+
+        def answer() -> Any:
+            nonlocal sent
+            if time.monotonic() - sent > again or not futures:
+                futures.append(client.call_async(request))
+                sent = time.monotonic()
+            return next((future for future in futures if future.done()), None)
+
+        return self.until(answer, f"answer of {service}").result()
 
     def client(self, kind: Any, service: str) -> Any:
         """Return a client of a service, after client and server have discovered each other."""

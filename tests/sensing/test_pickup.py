@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ab_sim.drive.pickup.pickup import NOISE_BLOCK
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import signal, stats
 
-from ab_sim.drive.pickup import Pickup
+from ab_sim.drive.pickup import NOISE_BLOCK, Pickup
 from ab_sim.scene.sections import Solver
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
