@@ -157,6 +157,8 @@ class Cluster:
                         f"{_differences(_made_of(modules), results.made_of)}; install the same "
                         "versions there as here, and restart it"
                     )
+                if isinstance(results, Exception):
+                    raise results
                 yield from results
 
     def _connected(self) -> "Client":
@@ -229,7 +231,7 @@ class Cluster:
         if finished:
             return finished
         if flying[0].status == "error":
-            raise _failure(flying[0].exception()) from None
+            raise _failure(flying[0].exception())
         if flying[0].status == "cancelled":  # the connection broke
             raise self._lost()
         if self.waiting is not None:
@@ -275,8 +277,8 @@ def checked_address(text: str) -> str:
     return whole
 
 
-def _failure(error: BaseException) -> BaseException:
-    """Return the error for a task that has failed: its own, or one that Dask has found."""
+def _failure(error: BaseException | None) -> AbSimError:
+    """Return the error for a task that Dask has given up."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
@@ -289,7 +291,7 @@ def _failure(error: BaseException) -> BaseException:
             f"a worker has no ab_sim, or a different one: {_reason(error)}; install ab_sim "
             f"{ab_sim.__version__} there"
         )
-    return error
+    return WorkerLost(f"a worker could not answer: {_reason(error)}; {KEPT}")
 
 
 def _reason(error: BaseException | None) -> str:
@@ -337,8 +339,12 @@ class _Call:
         return self._call
 
 
-def results_of(modules: frozenset[str], fingerprint: str, work: bytes) -> list[Any] | Differs:
-    """Return the results of a task; it runs on a worker.
+def results_of(
+    modules: frozenset[str], fingerprint: str, work: bytes
+) -> list[Any] | Differs | Exception:
+    """Return the results of a task, or the exception of a call; it runs on a worker.
+
+    An exception that is raised is thus one of the worker, such as that it has no ab_sim.
 
     Args:
         modules: modules that results depend on.
@@ -352,10 +358,13 @@ def results_of(modules: frozenset[str], fingerprint: str, work: bytes) -> list[A
         return Differs(socket.gethostname(), {str(reason): ""})
     if not same:
         return Differs(socket.gethostname(), _made_of(modules))
-    for module in modules:
-        importlib.import_module(module)  # registers its metrics and effects
-    function, items = pickle.loads(work)
-    return [function(item) for item in items]
+    try:
+        for module in modules:
+            importlib.import_module(module)  # registers its metrics and effects
+        function, items = pickle.loads(work)
+        return [function(item) for item in items]
+    except Exception as error:
+        return error
 
 
 def _modules_of(function: Callable[..., Any], modules: Iterable[str]) -> frozenset[str]:

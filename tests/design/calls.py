@@ -13,6 +13,11 @@ def where(number: int) -> tuple[int, int]:
     return number, os.getpid()
 
 
+def without_a_package(number: int) -> int:
+    """Fail as the effect of a user does whose package is not installed."""
+    raise ModuleNotFoundError("No module named 'roads'")
+
+
 def picky(number: int) -> int:
     if number == 30:
         raise SceneError("start.time 30: must be less")

@@ -87,6 +87,8 @@ def test_nothing_to_do_needs_no_scheduler() -> None:
 def test_an_error_is_raised_as_itself(cluster: DaskCluster) -> None:
     with pytest.raises(SceneError, match="must be less"), Cluster(cluster.address) as each:
         list(each.each(calls.picky, range(50)))
+    with pytest.raises(ModuleNotFoundError, match="roads"), Cluster(cluster.address) as each:
+        list(each.each(calls.without_a_package, range(2)))
 
 
 def test_a_worker_of_other_sources_is_refused(tmp_path: Path) -> None:
