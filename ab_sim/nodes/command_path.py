@@ -397,7 +397,7 @@ class CommandPath:
     def _held_already(self, speed: float, now: int) -> bool:
         """Return whether a trajectory that has reached its last point holds this speed [rad/s].
 
-        Such a command does not replace the trajectory, and its exact time has no effect.
+        A command of that speed does not replace the trajectory, and its exact time has no effect.
         """
         trajectory = self.trajectory
         if trajectory is None or trajectory.final_speed != speed:

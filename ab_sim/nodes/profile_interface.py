@@ -114,7 +114,7 @@ class ProfileAction:
     ) -> None:
         self._node, self._start, self._cancel = node, start, cancel
         self._goal: Goal | None = None
-        self._told, self._said = -math.inf, ""
+        self._sent_at, self._sent_status = -math.inf, ""
         self._left = threading.Event()
         if (kind := actions.run_profile()) is None:
             node.get_logger().info(actions.NOT_BUILT)
@@ -124,9 +124,9 @@ class ProfileAction:
     def tell(self, progress: Callable[[], Progress], status: str) -> None:
         """Send feedback to the goal's client if it is due, or if the status has changed."""
         now = time.monotonic()
-        anew = status != self._said
-        if self._goal is not None and (anew or now - self._told >= FEEDBACK_PERIOD):
-            self._told, self._said = now, status
+        due = status != self._sent_status or now - self._sent_at >= FEEDBACK_PERIOD
+        if self._goal is not None and due:
+            self._sent_at, self._sent_status = now, status
             self._goal.publish_feedback(actions.feedback_of(progress()))
 
     def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:
@@ -151,7 +151,7 @@ class ProfileAction:
         refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
         if not refusal:
             # Set before the start, because the profile may end immediately.
-            self._goal, self._told = goal, -math.inf
+            self._goal, self._sent_at = goal, -math.inf
             if refusal := self._start(actions.asked_of(goal.request)):
                 self._goal = None
         if refusal:

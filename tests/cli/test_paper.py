@@ -55,7 +55,7 @@ def test_a_page_has_all_that_the_report_has_in_markdown() -> None:
 
 
 def test_a_paper_is_written_with_its_pictures(tmp_path: Path) -> None:
-    """What takes long is kept: see ``ab_sim.analysis.result_cache``."""
+    """Long computations are cached: see ``ab_sim.analysis.result_cache``."""
     folder = tmp_path / "made" / "papers"
     told: list[tuple[str, int, int]] = []
     folder.mkdir(parents=True)

@@ -52,7 +52,7 @@ STEPS = 100
 
 
 def digests() -> dict[str, str]:
-    """Of all runs, with what is printed of them, and of a batch side by side."""
+    """Return digests of all runs and of quantities derived from them, and of a batch in lanes."""
     found = {}
     for name, changes in RUNS.items():
         scene = load_scene(name, changes)

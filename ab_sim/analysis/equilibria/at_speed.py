@@ -106,7 +106,8 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
 def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
     """Return the resting states from closed forms, at a nonzero speed [rad/s].
 
-    Of three or more balls in balance: the symmetric, the worst and the best position.
+    If three or more balls can balance, the balanced states are those at the symmetric, the worst
+    and the best position.
     """
     states = [
         resting_state(system, speed, *place)

@@ -37,7 +37,7 @@ apply_impulse(c, b, y, jumps, v)              impact: change the velocities
 restitution(c, b, out, approach)              impact: coefficients of restitution
 tangent(c, b, t, y, d, out)                   exact derivative of the slope along directions
 
-Lanes also have ``engine.stepping.emitted``, which accepts or rejects a step, and
-``engine.stepping.emitted``, which finds lanes that may have an event. An address is valid as
-long as its ``Code`` object lives; ``code_of`` keeps the 16 kinds used last, at 0.7 MB each.
+Lanes also have the functions of ``engine.stepping.emitted``: one accepts or rejects a step, the
+other finds lanes that may have an event. An address is valid as long as its ``Code`` object lives;
+``code_of`` keeps the 16 kinds used last, at 0.7 MB each.
 """
