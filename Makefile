@@ -9,50 +9,52 @@ BIN := $(VENV)/bin
 FROM_DISTRIBUTION := $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
 FOR_TESTS := $(VENV)/dev.stamp $(VENV)/action.stamp $(FROM_DISTRIBUTION)
 
-# A sourced ROS 2 or another active environment must not leak into this one: its packages and
-# libraries would be found first, and the variable by which its ROS wheels know that they have set
-# the library path would keep ours from doing so.
+# Keep a sourced ROS 2 and other active environments out: Python and the loader would find their
+# packages and libraries first. _ROS_WHEELS_BOOTSTRAP_COMPLETE of another environment would keep
+# the ROS wheels in .venv from setting their own library path.
 unexport LD_LIBRARY_PATH PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
 export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
 
-# What is installed is not byte-compiled, which takes 20 s: Python itself does it of what is used.
+# tools/install does not byte-compile packages, which would take 20 s. Python compiles each module
+# when it is first imported, unless this variable forbids it.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo action test test-fast coverage lint style types real-time nodes jazzy some-nodes computing docs constraints lowest dist clean
 
 help:
 	@echo 'make demo    run the demonstration'
-	@echo 'make action  build the action ~/run and simulation_interfaces, which takes a C++ compiler'
-	@echo 'make test    lint, check types, run the tests'
-	@echo 'make test LAUNCH=DIR/launch/launch:DIR/launch_ros/launch_ros   also of launch files: DIR, not'
-	@echo '             relative, holds sources of ros2/launch and ros2/launch_ros, of which PyPI has none'
-	@echo 'make test-fast   below two minutes: tests of what differs from main, and a core; BASE=COMMIT:'
-	@echo '             of what differs from that commit; says what it leaves out'
-	@echo 'make coverage    which lines the tests run, as a figure and in out/coverage; without ROS nodes'
-	@echo 'make lint    ruff and mypy only'
+	@echo 'make action  build the action ~/run and simulation_interfaces (needs a C++ compiler)'
+	@echo 'make test    lint, check types, run all tests'
+	@echo 'make test LAUNCH=DIR/launch/launch:DIR/launch_ros/launch_ros   include tests of launch files;'
+	@echo '             DIR: absolute path of a folder with the sources of ros2/launch and'
+	@echo '             ros2/launch_ros, which are not on PyPI'
+	@echo 'make test-fast   run tests of the changes since main, and core tests, in two minutes; list'
+	@echo '             the tests left out. BASE=COMMIT: changes since that commit'
+	@echo 'make coverage    measure the lines that tests run, without ROS nodes; pages in out/coverage'
+	@echo 'make lint    run ruff and mypy only'
 	@echo 'make docs    build the documentation site: docs/_build/html/index.html'
 	@echo 'make constraints   resolve the pinned versions for Python 3.10 to 3.14, Kilted and Jazzy'
-	@echo 'make lowest PYTHON=python3.10   run main commands with the lowest versions of setup.py'
-	@echo 'make dist    build source distribution and wheel into dist, and try to install each'
-	@echo 'make clean   remove .venv and what builds and tools leave'
+	@echo 'make lowest PYTHON=python3.10   run main commands with the lowest versions in setup.py'
+	@echo 'make dist    build source distribution and wheel into dist, install and run each'
+	@echo 'make clean   remove environments, build results and caches'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
-	@echo 'make demo ROS=jazzy   the demonstration on ROS 2 Jazzy, in .venv-jazzy, instead of Kilted'
-	@echo 'make test ROS=jazzy   all tests that start nodes, on Jazzy; make test runs some of them'
+	@echo 'make demo ROS=jazzy   run the demonstration on ROS 2 Jazzy, in .venv-jazzy, not on Kilted'
+	@echo 'make test ROS=jazzy   run all tests that start nodes on Jazzy; make test runs some of them'
 
 demo: $(VENV)/run.stamp
 	$(BIN)/ab-sim demo
 
 action: $(VENV)/action.stamp
 
-# PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
-# Of linear algebra one thread a process: several would wait for each other on two cores.
+# LAUNCH: folders with ROS's launch packages, for PYTHONPATH; PyPI has no wheels of them.
+# One BLAS thread per test process: several would compete for the same two cores.
 PYTEST = OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
-# Files go out as tests/conftest.py orders them; by default those of few tests, long ones too, came
-# last.
+# Keep the order of tests/conftest.py, long tests first. By default, xdist starts files with few
+# tests last, so that one worker would run a long test alone at the end.
 SHARED = -n 2 --dist loadfile --no-loadscope-reorder
 
-# Tests that start ROS 2 nodes wait most of their time, and must not be kept waiting: those that
-# compute, and mypy, get what they leave of the processor.
+# Tests that start ROS 2 nodes mostly sleep, but fail if they wait for the processor. So they run at
+# normal priority, while computing tests and mypy use the idle processor time at low priority.
 ifeq ($(ROS),kilted)
 test:
 	@$(MAKE) --jobs=2 --no-print-directory style $(FROM_DISTRIBUTION)
@@ -61,32 +63,32 @@ else
 test: nodes
 endif
 
-# What is judged by real time runs beside no other nodes.
+# Tests with limits in real time run before all others, so that no other nodes load the processor.
 REAL_TIME = tests/nodes/test_floods.py
-# Only those of nodes are read for them: all others would take each worker 5 s.
+# Give pytest only the files that have node tests: collecting all files takes each worker 5 s.
 NODES = $(filter-out $(REAL_TIME),$(sort $(shell grep -rl 'mark\.ros\b' tests --include='test_*.py')))
-# Nor are those of nothing but nodes for tests that compute: they would take each worker 2 s.
+# For computing tests, skip the files with node tests only: collecting them takes each worker 2 s.
 COMPUTING = -m 'not ros' $(addprefix --ignore=,$(shell grep -rl '^pytestmark.*mark\.ros\b' tests --include='test_*.py'))
 
 real-time: $(FOR_TESTS)
 	$(PYTEST) $(REAL_TIME)
 
-# What they say comes when they have ended, by Ctrl-C too: of two that report at once nobody could
-# read either.
-define shown_at_its_end
+# Write the output to a file and print it at the end, also after Ctrl-C: the lines of two test runs
+# at a time would be mixed.
+define print_at_end
 	@mkdir -p out
-	@echo 'Tests that start nodes write into out/$@.txt, which is shown when they have ended.'
-	@trap : INT; $1 >out/$@.txt 2>&1; ended=$$?; cat out/$@.txt; exit $$ended
+	@echo 'Tests that start nodes: output in out/$@.txt, printed at their end.'
+	@trap : INT; $1 >out/$@.txt 2>&1; status=$$?; cat out/$@.txt; exit $$status
 endef
 
 nodes: real-time
-	$(call shown_at_its_end,$(PYTEST) $(SHARED) -m ros $(NODES))
+	$(call print_at_end,$(PYTEST) $(SHARED) -m ros $(NODES))
 
 jazzy: real-time
-	$(call shown_at_its_end,$(MAKE) --no-print-directory some-nodes ROS=jazzy)
+	$(call print_at_end,$(MAKE) --no-print-directory some-nodes ROS=jazzy)
 
-# Drive, controller and recorder together, what differs between releases (Fast DDS), and both of them
-# together.
+# Tests on Jazzy in addition to Kilted: drive, controller and recorder together; discovery, because
+# the releases have different versions of Fast DDS; and nodes of both releases together.
 SOME_NODES := tests/nodes/test_start_up.py::test_recorded_start_up_equals_an_offline_run \
 	tests/nodes/test_discovery.py::test_the_ros2_command_line_finds_a_drive_at_once \
 	tests/nodes/test_discovery.py::test_what_is_said_is_acknowledged_soon \
@@ -107,7 +109,8 @@ style: $(VENV)/dev.stamp
 types: $(VENV)/dev.stamp
 	nice $(BIN)/mypy
 
-# From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
+# --fresh-env reads every page again: Sphinx would miss a removed page, and changed code whose page
+# is unchanged.
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m sphinx -W --keep-going --fresh-env --quiet docs docs/_build/html
 	@echo 'docs/_build/html/index.html'
@@ -127,11 +130,11 @@ dist: $(VENV)/dev.stamp
 test-fast: $(VENV)/dev.stamp
 	$(BIN)/python tools/test_fast.py $(BASE)
 
-# Nodes run in processes that are killed, which leave no figures.
+# Without node tests: their processes are killed before they could write coverage data.
 coverage: $(VENV)/dev.stamp
 	$(PYTEST) $(SHARED) $(COMPUTING) --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
-# Stamps: nothing is installed again until one of the files behind them changes.
+# Stamps: install again only after one of a stamp's prerequisites has changed.
 $(VENV)/run.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $(VENV)/venv.stamp
 	@echo 'Installing into $(VENV): 400 MB to download, half a minute or more ...'
 	@tools/install $(BIN)/python $(ROS_CONSTRAINTS) --editable '.[ros]'
@@ -143,7 +146,7 @@ $(VENV)/dev.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $
 	@touch $(VENV)/run.stamp $@
 
 $(VENV)/docs.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $(VENV)/venv.stamp
-	@echo 'Installing what builds the site into $(VENV) ...'
+	@echo 'Installing Sphinx and its extensions into $(VENV) ...'
 	@tools/install $(BIN)/python $(ROS_CONSTRAINTS) --editable '.[docs]'
 	@touch $@
 

@@ -1,10 +1,9 @@
 """Run a node with the Python of the environment that this file is installed in.
 
-`ros2 run` and `ros2 launch` execute `<prefix>/lib/ab_sim/<node>` as it stands. pip rewrites `#!`
-lines in `<prefix>/bin` only, so after `pip install` into an environment that is not activated,
-`#!/usr/bin/env python3` finds some other Python, without ab_sim. The right one is two folders up.
-colcon's prefix holds no Python: there `python3` of the path is right, with the workspace's
-`PYTHONPATH`.
+`ros2 run` and `ros2 launch` execute `<prefix>/lib/ab_sim/<node>`. pip rewrites `#!` lines only in
+`<prefix>/bin`. So in an environment that is not activated, `#!/usr/bin/env python3` finds a Python
+without ab_sim; the right one is `<prefix>/bin/python3`. colcon's prefix has no Python: there,
+`python3` of the path is right, with the workspace's `PYTHONPATH`.
 """
 
 import os
@@ -15,11 +14,11 @@ from typing import NoReturn
 
 
 def run(node: str) -> NoReturn:
-    """Start ``main`` of ``ab_sim.nodes.<node>``, restarting in our own environment if need be."""
+    """Call ``main`` of ``ab_sim.nodes.<node>``, if needed in a restarted Python of the prefix."""
     prefix = Path(__file__).absolute().parents[2]
     if (prefix / "pyvenv.cfg").exists() and not os.path.samefile(prefix, sys.prefix):
-        # Set by the other environment's ROS wheels, if it has them: it would keep ours from
-        # setting their library path.
+        # ROS wheels of the other environment may have set this variable, which would keep ours
+        # from setting their library path.
         os.environ.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
         python = str(prefix / "bin" / "python3")
         os.execv(python, [python, *sys.argv])

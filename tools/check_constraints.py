@@ -21,7 +21,10 @@ def names(text: str) -> set[str]:
 
 
 def fault(python: str, release: str) -> str:
-    """Return the fault of the constraints for a Python and a release; empty if there is none."""
+    """Resolve the constraints for a Python and a release of ROS.
+
+    Return the error of uv, or the packages without a pinned version; empty if there are none.
+    """
     files = [ROOT / "constraints.txt", ROOT / f"constraints-{release}.txt"]
     done = subprocess.run(
         [

@@ -22,7 +22,7 @@ from matplotlib import pyplot as plt  # noqa: E402
 
 
 def run(cells: list[dict[str, Any]]) -> None:
-    """Run code cells in one namespace and replace their outputs."""
+    """Run code cells in one namespace, as a kernel does, and replace their outputs."""
     names: dict[str, Any] = {"__name__": "__notebook__"}
     count = 0
     for cell in cells:
@@ -33,7 +33,7 @@ def run(cells: list[dict[str, Any]]) -> None:
 
 
 def outputs_of(source: str, names: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Run a cell; return its printed text, its open figures and its last value."""
+    """Run a cell; return Jupyter's outputs: printed text, last value, open figures."""
     tree = ast.parse(source)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     value = None

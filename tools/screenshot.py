@@ -37,15 +37,15 @@ def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
     with tempfile.TemporaryDirectory() as folder:
         layout = Path(folder) / "page.rbl"
         drawing = Drawing.of(run.description)
-        wanted = blueprint(drawing, run.channels, list(run.notes.scalars), page=int(page))
-        wanted.save("ab_sim", str(layout))
+        pages = blueprint(drawing, run.channels, list(run.notes.scalars), page=int(page))
+        pages.save("ab_sim", str(layout))
         command = [str(Path(rerun_cli.__file__).parent / "rerun"), "--headless"]
         command += ["--bind", "127.0.0.1", "--port", str(port), "--window-size", SIZE]
         viewer = subprocess.Popen(
             [*command, file, str(layout)], env=os.environ | {"VK_ICD_FILENAMES": RENDERER}
         )
         try:
-            time.sleep(8.0)
+            time.sleep(8.0)  # the viewer does not report when it has loaded the recording
             client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
             client.set_time("sim_time", duration=float(at), play_state="paused")
             time.sleep(4.0)

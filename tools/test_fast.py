@@ -67,7 +67,7 @@ def _git(*arguments: str) -> str | None:
 
 
 def tests_of(changed: Iterable[str]) -> list[str]:
-    """Return test files: the core, then changed tests, then those closest to the changes first."""
+    """Return test files: core, changed ones, importers of changed files, rest of their packages."""
     own, files, folders = [], [], []
     for name in changed:
         path = Path(name)
@@ -80,11 +80,12 @@ def tests_of(changed: Iterable[str]) -> list[str]:
                 folders += [f"tests/{folder}" for folder in (package, *ALSO.get(package, ()))]
         else:
             folders += ELSEWHERE.get(top, ())
-    own = [name for name in own if name != "tests"]  # a helper of all tests: they are too many
-    found = [
-        file for wanted in (*CORE, *own, *files, *folders) for file in _test_files(ROOT / wanted)
-    ]
-    return list(dict.fromkeys(str(file.relative_to(ROOT)) for file in found))
+    own = [
+        name for name in own if name != "tests"
+    ]  # a helper of all tests would select all of them
+    paths = (*CORE, *own, *files, *folders)
+    ordered = [file for path in paths for file in _test_files(ROOT / path)]
+    return list(dict.fromkeys(str(file.relative_to(ROOT)) for file in ordered))
 
 
 def _importers(path: Path) -> list[str]:
@@ -132,22 +133,22 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if late:
         counts = Counter(Path(report.nodeid.partition("::")[0]).parts[1] for report in late)
         shown = ", ".join(f"{folder} {count}" for folder, count in sorted(counts.items()))
-        write(f"for want of time {len(late)} tests more: {shown}")
+        write(f"no time was left for {len(late)} more tests: {shown}")
 
 
 def main() -> int:
     """Run the tests; return pytest's exit code."""
     changed = changed_files(sys.argv[1] if len(sys.argv) > 1 and sys.argv[1] else None)
     files = tests_of(changed)
-    print(f"{len(changed)} files touched, {len(files)} files of tests", flush=True)
+    print(f"{len(changed)} files changed, {len(files)} test files", flush=True)
     environment = {
         **os.environ,
         UNTIL: str(time.time() + SECONDS),
         FILES: " ".join(files),
         "PYTHONPATH": os.pathsep.join(filter(None, (str(ROOT / "tools"), os.getenv("PYTHONPATH")))),
     }
-    # In the order of the files: what is nearest to the changes comes first.
-    how = (
+    # Keep the order of the files, so that the tests closest to the changes run in the limited time.
+    how = [
         "-q",
         "-n",
         "2",
@@ -157,7 +158,7 @@ def main() -> int:
         "-m",
         "not ros",
         "-rfEs",
-    )
+    ]
     command = [sys.executable, "-m", "pytest", "-p", "test_fast", *how, *files]
     return subprocess.run(command, cwd=ROOT, env=environment).returncode
 

@@ -71,7 +71,7 @@ def test_what_there_is_no_time_for_is_skipped_and_said() -> None:
     assert " passed" not in done.stdout
     for words in (
         "no time left",
-        "for want of time",
+        "no time was left for",
         "test files, in: accuracy, analysis",
         "marked",
     ):
