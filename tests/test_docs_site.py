@@ -160,7 +160,7 @@ def test_no_page_scrolls_sideways_or_is_cut_off(site: Path) -> None:
     from tests.viewing.browser import browser
 
     pages = sorted(site.rglob("*.html"))
-    with browser() as screen:
+    with browser(draws=False) as screen:
         found = {}
         for page in pages:
             screen.open(page.as_uri())

@@ -8,6 +8,7 @@ from collections import defaultdict
 from pathlib import Path
 
 from ab_sim.scene import Scene
+from tests.trees import nodes
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ab_sim"
@@ -28,7 +29,7 @@ def room_of(path: Path) -> str:
 def public_classes() -> dict[str, list[Path]]:
     found = defaultdict(list)
     for path in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes(path):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 found[node.name].append(path)
     return found
@@ -116,7 +117,7 @@ def modules_by_tail() -> dict[str, list[Path]]:
 def names_in(path: Path) -> set[str]:
     """Return the names that a module defines or imports, at any depth."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             names.add(node.name)
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):

@@ -7,7 +7,10 @@ from pathlib import Path
 
 import yaml
 
+from tests.trees import nodes
+
 ROOT = Path(__file__).parents[1]
+MODULES = [p for package in ("ab_sim", "ab_msgs_py") for p in (ROOT / package).rglob("*.py")]
 LIST = yaml.safe_load((ROOT / "tests" / "words.yaml").read_text(encoding="utf-8"))
 WORDS = re.compile(rf"\b({'|'.join(f'{word}|{word.capitalize()}' for word in LIST['words'])})\b")
 OPENINGS = re.compile(rf"({'|'.join(LIST['openings'])})\b")
@@ -15,9 +18,8 @@ OPENINGS = re.compile(rf"({'|'.join(LIST['openings'])})\b")
 
 def docstrings() -> Iterator[tuple[str, str]]:
     """Yield all docstrings, those of attributes and of commands' options included."""
-    paths = [p for package in ("ab_sim", "ab_msgs_py") for p in (ROOT / package).rglob("*.py")]
-    for path in paths:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path in MODULES:
+        for node in nodes(path):
             if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
                 if isinstance(text := node.value.value, str):
                     yield f"{path.relative_to(ROOT)}:{node.lineno}", text
@@ -32,14 +34,14 @@ def pages() -> Iterator[tuple[str, str]]:
 
 def locals_() -> Iterator[tuple[str, str]]:
     """Yield the names of arguments and local variables; ``left`` next to ``right`` is a side."""
-    for path in (p for package in ("ab_sim", "ab_msgs_py") for p in (ROOT / package).rglob("*.py")):
-        for scope in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path in MODULES:
+        for scope in nodes(path):
             if isinstance(scope, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
-                nodes = list(ast.walk(scope))
-                names = {node.arg for node in nodes if isinstance(node, ast.arg)}
+                inner = list(ast.walk(scope))
+                names = {node.arg for node in inner if isinstance(node, ast.arg)}
                 names |= {
                     node.id
-                    for node in nodes
+                    for node in inner
                     if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
                 }
                 names -= {"left"} if "right" in names else set()

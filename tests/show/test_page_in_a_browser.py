@@ -45,23 +45,24 @@ def test_a_report_on_two_runs_fits_a_telephone_and_labels_the_critical_speed(pag
     pytest.importorskip("playwright", reason="needs a browser")
     from tests.viewing.browser import browser
 
-    for width, columns in ((390, 1), (1280, 2)):
-        with browser(width, 844) as screen:
+    with browser() as screen:
+        for width, columns in ((390, 1), (1280, 2)):
+            screen.resize(width, 844)
             screen.open(page.as_uri())
             panels = screen.evaluate(PANELS)
             assert screen.sideways() == 0
-        assert len({panel["box"][0] for panel in panels}) == columns
-        assert all(0 <= panel["box"][0] and panel["box"][1] <= width for panel in panels)
-        assert all(panel["box"][1] - panel["box"][0] > 340 for panel in panels), "room for curves"
-        names = ["fast", "slow"] if columns == 1 else []
-        speeds = [panel for panel in panels if panel["title"].endswith("Spindle speed")]
-        assert [panel["title"] for panel in speeds] == (
-            [f"{name}: Spindle speed" for name in names] or ["Spindle speed"] * 2
-        )
-        for panel in speeds:
-            (label,) = panel["labels"]
-            assert label[0] == "critical speed" and _within(label[1:], panel["plot"])
-            assert not any(_overlap(label[1:], entry) for entry in panel["legend"])
+            assert len({panel["box"][0] for panel in panels}) == columns
+            assert all(0 <= panel["box"][0] and panel["box"][1] <= width for panel in panels)
+            assert all(panel["box"][1] - panel["box"][0] > 340 for panel in panels)
+            names = ["fast", "slow"] if columns == 1 else []
+            speeds = [panel for panel in panels if panel["title"].endswith("Spindle speed")]
+            assert [panel["title"] for panel in speeds] == (
+                [f"{name}: Spindle speed" for name in names] or ["Spindle speed"] * 2
+            )
+            for panel in speeds:
+                (label,) = panel["labels"]
+                assert label[0] == "critical speed" and _within(label[1:], panel["plot"])
+                assert not any(_overlap(label[1:], entry) for entry in panel["legend"])
 
 
 def _within(box: Any, other: Any) -> bool:

@@ -18,12 +18,7 @@ RENDERER = (
     if ctypes.util.find_library("EGL_mesa")
     else ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 )
-DRAWN_BY_SOFTWARE = (
-    "--use-gl=angle",
-    *RENDERER,
-    "--ignore-gpu-blocklist",
-    "--no-sandbox",  # as root there is none
-)
+DRAWN_BY_SOFTWARE = ("--use-gl=angle", *RENDERER, "--ignore-gpu-blocklist")
 PATIENCE = 240e3
 """Timeout of a picture [ms]; on a quiet machine it takes below a second."""
 
@@ -88,12 +83,22 @@ def like(pixels: NDArray[np.float64], color: tuple[int, int, int]) -> NDArray[np
 
 
 @contextmanager
-def browser(width: int = 640, height: int = 420) -> Iterator[Screen]:
-    """Open a browser that is closed on exit."""
+def browser(width: int = 640, height: int = 420, draws: bool = True) -> Iterator[Screen]:
+    """Open a browser that is closed on exit.
+
+    Args:
+        width: width of the page [px].
+        height: height of the page [px].
+        draws: whether pages draw in three dimensions; without, others take two thirds of the time.
+    """
     found = shutil.which("chromium") or shutil.which("chromium-browser")
     assert found, f"Chromium is missing: run {Path('tools/install-browser')}"
     with sync_playwright() as play:
-        chromium = play.chromium.launch(executable_path=found, args=list(DRAWN_BY_SOFTWARE))
+        options = DRAWN_BY_SOFTWARE if draws else ("--disable-gpu",)
+        chromium = play.chromium.launch(
+            executable_path=found,
+            args=["--no-sandbox", *options],  # as root there is none
+        )
         try:
             page = chromium.new_page(
                 viewport={"width": width, "height": height}, color_scheme="dark"
