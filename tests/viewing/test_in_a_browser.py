@@ -1,70 +1,30 @@
 """The web viewer of a running drive, in a real browser: what the page shows."""
 
-import os
+import re
 import signal
-import subprocess
 import sys
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from ab_sim.base.palette import UNBALANCE, ball_colour
 from ab_sim.show.viewing.page import newest_times
+from tests.nodes.conftest import fleet
 from tests.viewing.browser import Screen, browser, like
 from tests.waiting import until
 
-pytestmark = [pytest.mark.ros, pytest.mark.long, pytest.mark.timeout(600)]
+__all__ = ["fleet"]
+pytestmark = [pytest.mark.ros, pytest.mark.long, pytest.mark.timeout(1200)]
 
-ROOT = Path(__file__).resolve().parents[2]
-soon = partial(until, deadline=400.0, every=1.0)
-"""A picture is drawn by software here."""
-
-
-class Live(NamedTuple):
-    """`ab-sim live`, which waits for a browser."""
-
-    process: "subprocess.Popen[str]"
-    address: str
+PATIENCE = 400.0
+"""Time in which a picture, which is drawn by software here, has to show something [s]."""
+soon = partial(until, deadline=PATIENCE, every=1.0)
 
 
-@pytest.fixture
-def live(domain: int, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Live]:
-    """One that runs for as many seconds as the test's mark says."""
-    pytest.importorskip("rclpy", reason="needs ROS 2")
-    command = [sys.executable, "-m", "ab_sim", "live", "balanced-start-up", "--view", "web"]
-    command += ["--set", "solver.step=0.004"]  # a picture drawn by software leaves little time
-    command += ["--for", str(request.param), "--record", str(tmp_path / "run.rrd")]
-    live = subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        cwd=ROOT,
-        env={**os.environ, "PYTHONUNBUFFERED": "1", "ROS_DOMAIN_ID": str(domain)},
-    )
-    assert live.stdout is not None
-    said = []
-    try:
-        for line in live.stdout:
-            said.append(line)
-            if line.startswith("watch it at "):
-                break
-        assert said and said[-1].startswith("watch it at "), said
-        yield Live(live, said[-1].split()[-1])
-        live.send_signal(signal.SIGINT)
-        rest, _ = live.communicate(timeout=60.0)
-        assert live.returncode == 0, rest
-    finally:
-        live.kill()
-        live.wait()
-
-
-def drawn(screen: Screen) -> bool:
-    """Whether balls, unbalance and curves are there, in the colours in which they are drawn."""
+def is_drawn(screen: Screen) -> bool:
+    """Return whether the colours of balls, unbalance and curves are there."""
     pixels = screen.pixels()
     return all(
         like(pixels, color).sum() > 20 for color in (ball_colour(0), ball_colour(1), UNBALANCE)
@@ -72,36 +32,41 @@ def drawn(screen: Screen) -> bool:
 
 
 def newest(screen: Screen) -> float:
-    """How much of the run the page has [s]."""
+    """Return the newest time of the run that the page has [s]."""
     return max(newest_times(screen.viewer_state()).values(), default=0.0)
 
 
-@pytest.mark.parametrize("live", [3600], indirect=True)
-def test_shows_the_views_of_a_drive_that_runs(live: Live) -> None:
+def test_a_page_starts_a_run_and_shows_it_and_one_that_comes_late_has_all_of_it(
+    fleet: "Fleet",  # noqa: F811, F821
+    tmp_path: Path,
+) -> None:
+    command = [sys.executable, "-m", "ab_sim", "live", "balanced-start-up", "--view", "web"]
+    command += ["--set", "solver.step=0.004"]  # a picture drawn by software leaves little time
+    live = [*command, "--for", "4", "--record", tmp_path / "run.rrd"]
+    fleet.start_process("live", *live)
+    fleet.reads("live", "the run starts when the page is open")
+    address = re.search(r"watch it at (\S+)", fleet.log("live"))[1]
+    # The run lasts until the first picture is there.
+    assert fleet.set("drive_sim", speed_factor=0.01)[0]
     with browser() as screen:
-        screen.open(live.address)
-        soon(lambda: drawn(screen), "the balls, the unbalance and the curves are drawn")
+        screen.open(address)
+        soon(lambda: is_drawn(screen), "the balls, the unbalance and the curves are drawn")
         before = screen.pixels()
+        assert "the run is over" not in fleet.log("live")
+        assert fleet.set("drive_sim", speed_factor=1.0)[0]
         soon(
             lambda: (np.abs(screen.pixels() - before).max(axis=-1) > 60.0).sum() > 200,
             "they move",
         )
-        assert drawn(screen), "and are still drawn"
+        assert is_drawn(screen), "and are still drawn"
+        fleet.reads("live", "the run is over")
+        screen.open(address)
+        soon(lambda: is_drawn(screen), "the late page draws them, too")
+        soon(lambda: newest(screen) > 3.9, "the late page has the whole run")
         strangers = {
             url
             for url in screen.answered
             if not url.startswith(("http://127.0.0.1:", "data:", "blob:"))
         }
         assert not strangers, "nobody is asked but the viewer"
-
-
-@pytest.mark.parametrize("live", [2], indirect=True)
-def test_starts_with_the_page_and_shows_the_run_after_its_end(live: Live) -> None:
-    with browser() as screen:
-        screen.open(live.address)
-        assert live.process.stdout is not None
-        assert any(line.startswith("the run is over") for line in live.process.stdout)
-    with browser() as screen:  # another one, which comes late
-        screen.open(live.address)
-        soon(lambda: drawn(screen), "the balls, the unbalance and the curves are drawn")
-        soon(lambda: newest(screen) > 1.9, "the page has the whole run")
+    assert fleet.stop("live", signal.SIGINT) == 0
