@@ -233,6 +233,19 @@ def test_readme_is_short_and_leads_to_every_part() -> None:
             assert f"]({page.relative_to(ROOT)}" in text, page
 
 
+def words_of(page: Path) -> int:
+    """Return the number of words outside the parts that follow from the code."""
+    text = page.read_text(encoding="utf-8")
+    text = re.sub(r"<!-- from code: .*?<!-- to here -->", "", text, flags=re.DOTALL)
+    return sum(bool(re.search("[A-Za-z]", word)) for word in text.split())
+
+
+def test_pages_stay_short() -> None:
+    assert sum(words_of(page) for page in PAGES if DOCS in page.parents) <= 45_000
+    assert words_of(DOCS / "design-notes.md") <= 2_000
+    assert len((ROOT / "CHANGELOG.rst").read_text(encoding="utf-8").splitlines()) <= 60
+
+
 def test_reference_pages_are_current() -> None:
     """After a change of a help text, key, effect, metric or parameter write them again."""
     script = "docs/extensions/from_code.py"
