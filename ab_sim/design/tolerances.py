@@ -402,7 +402,11 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
         report = json.loads(path.read_bytes())
         names = report["covariance"]["parameters"]
         covariance = np.array(report["covariance"]["values"], float)
-        common = {parameter["name"] for parameter in report["parameters"] if not parameter["own"]}
+        common = {
+            parameter["name"]
+            for parameter in report["parameters"]
+            if not parameter["per_recording"]
+        }
         kept = [k for k, name in enumerate(names) if name in common]
         factor = _factor(covariance[np.ix_(kept, kept)])
     except OSError as error:

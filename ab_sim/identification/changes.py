@@ -51,6 +51,8 @@ def changes_in(
     common = [j for j in held if j < len(problem.common)]
     changes = []
     others = [measured for k, measured in enumerate(problem.recordings) if not white[k]]
+    # Recordings without balls come first: once accepted, they determine rotor and suspension in the
+    # fits of recordings with balls.
     for measured in sorted(others, key=lambda recording: recording.with_balls):
         # A recording without balls may have been spoiled in the joint fit with another one.
         whole = () if measured.with_balls else (1.0,)
@@ -70,6 +72,7 @@ def changes_in(
 
 
 def _part(problem: Problem, good: Sequence[Measured], measured: Measured, until: float) -> Problem:
+    """Return the problem of the good recordings and of another one up to a time [s]."""
     some = [*good, measured.until(until)]
     return Problem(problem.scene, problem.common, some, noises_of(some))
 
@@ -78,13 +81,17 @@ def _reach(
     problem: Problem, good: Sequence[Measured], measured: Measured, held: Sequence[int],
     values: np.ndarray, until: float,
 ) -> float | None:  # fmt: skip
-    """Return the time [s] up to which the extended fit of a beginning holds; None if to the end."""
+    """Return the time [s] up to which a fit holds, of a beginning until ``until``; None if all.
+
+    The end moves forward only as long as a refit leaves white residuals. Each refit starts from the
+    last one, because the fit of a long recording has many local minima in the ball angles.
+    """
     beginning = _part(problem, good, measured, until)
     free = [j for j in range(len(values)) if j not in held]
     whole = _part(problem, good, measured, measured.duration)
     while True:
         residuals = whole.whitened_residuals(len(good), values)
-        time = _leaves(residuals, measured.time, beginning.noise[-1])
+        time = _first_deviation(residuals, measured.time, beginning.noise[-1])
         if time is None or time <= until * (1.0 + 1.0 / WINDOWS):
             return time
         beginning = _part(problem, good, measured, time)
@@ -95,8 +102,11 @@ def _reach(
         values, until = longer, time
 
 
-def _leaves(residuals: np.ndarray, time: np.ndarray, noise: float) -> float | None:
-    """Return the time [s] at which residuals (samples, axes) exceed the threshold, or None."""
+def _first_deviation(residuals: np.ndarray, time: np.ndarray, noise: float) -> float | None:
+    """Return the start [s] of the first window with an r.m.s. above ``LOUD`` times the noise.
+
+    Return None if there is none. Residuals have shape (samples, axes).
+    """
     for rows in np.array_split(np.arange(len(time)), WINDOWS):
         some = residuals[rows]
         there = some[np.isfinite(some)]

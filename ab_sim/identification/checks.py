@@ -10,7 +10,7 @@ from ab_sim.base.errors import InputError, exact
 
 FEWEST = 50
 """Least number of samples of a recording."""
-SOME = 0.05
+REPEATED = 0.05
 """Fraction of repeated times above which rounding is the likely reason."""
 FEWEST_TURNS = 2.0
 """Least number of spindle revolutions of a recording."""
@@ -83,8 +83,10 @@ def check_time(time: np.ndarray, name: str) -> None:
         row = int(np.flatnonzero(steps == 0.0)[0]) + 1
         _, repeats = np.unique(time, return_counts=True)
         common = int(np.median(repeats))
+        # Rounded times repeat irregularly or many times. If each time occurs exactly twice, the
+        # file more likely holds the samples of two drives.
         digits = "its stamps have too few digits: write more, or give sampling: in the mapping"
-        if common > 2 or (np.mean(repeats > 1) > SOME and (repeats != common).any()):
+        if common > 2 or (np.mean(repeats > 1) > REPEATED and (repeats != common).any()):
             remedy = digits
         elif common == 2:
             remedy = f"either {digits}; or there are two drives in one file: give each its own file"
@@ -252,14 +254,14 @@ def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -
         if level not in (meanwhile.min(), meanwhile.max()):
             continue
         others = meanwhile[meanwhile != level]
-        beside = others[np.argmin(np.abs(others - level))]
-        if np.sum(meanwhile == level) > AT_PEAK * np.sum(meanwhile == beside):
+        next_level = others[np.argmin(np.abs(others - level))]
+        if np.sum(meanwhile == level) > AT_PEAK * np.sum(meanwhile == next_level):
             raise InputError(
                 f"{name}: {what}: is clipped: it stays at {exact(level)} for {FLAT} samples or "
                 f"more at {len(places)} places, the first at "
                 f"{time[starts[places[0]]]:.4g} s; record with a larger range"
             )
-        coarse = float(abs(beside - level))
+        coarse = float(abs(next_level - level))
     if coarse:
         return (
             f"{what}: its resolution is coarse: readings are {coarse:.3g} apart, "
@@ -287,13 +289,13 @@ def _check_stays(
 
 
 def _stretches(which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the starts of stretches of True, and the indices after their ends."""
+    """Return the first index of each run of True values, and the index after its last."""
     steps = np.diff(np.concatenate([[0], which.astype(np.int8), [0]]))
     return np.flatnonzero(steps > 0), np.flatnonzero(steps < 0)
 
 
 class Sense(NamedTuple):
-    """Remarks on the sense of a whirl."""
+    """Remarks on the direction and the frequency of a whirl, compared with the spindle."""
 
     note: str = ""
     """Note for the user; empty if there is none."""
@@ -346,15 +348,19 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
 
 
 FACTORS = np.concatenate([[1.0], 1.0 / np.array([60, 2 * math.pi, 9.5493]), [60, 6.2832, 9.5493]])
-"""Factors of speeds with a wrong unit; ``_best_factor`` adds those of wrong sampling rates."""
+"""Speed factors if rad/s, rpm and Hz are confused.
+
+``_best_factor`` adds those of wrong sampling rates.
+"""
 
 
 def _best_factor(centred: np.ndarray, angle: np.ndarray, window: np.ndarray) -> tuple[float, float]:
-    """Return the multiple of the spindle angle that the vibration follows: power fraction, factor.
+    """Return the fraction of power at a multiple of the spindle speed, and that multiple.
 
-    If no multiple is clearly stronger than the spindle angle itself, return 0 and 1.
+    It is the strongest one. If none has twice the power at the spindle speed, return 0 and 1.
     """
     factors = np.unique(np.concatenate([FACTORS, np.geomspace(0.2, 5.0, 400)]))
+    # Sort by distance from 1: the first share is that of the spindle speed itself.
     factors = factors[np.argsort(np.abs(np.log(factors)))]
     shares = np.array([_share(centred * np.exp(-1j * f * angle) * window) for f in factors])
     best = int(np.argmax(shares))
@@ -364,8 +370,10 @@ def _best_factor(centred: np.ndarray, angle: np.ndarray, window: np.ndarray) -> 
 
 
 def _share(turned: np.ndarray) -> float:
-    """Return the fraction of a signal's power that varies slowly on rotating axes."""
+    """Return the fraction of power at low frequencies of a signal on rotating axes, (samples,)."""
     spectrum = np.abs(np.fft.fft(turned)) ** 2
+    # A vibration that follows the axes exactly is constant on them. The band of 0.5 % on both sides
+    # of 0 also contains the decay of transients.
     slow = max(3, len(turned) // 200)
     kept = float(spectrum[: slow + 1].sum() + spectrum[-slow:].sum())
     whole = float(spectrum.sum())

@@ -47,6 +47,8 @@ def whitening_of(measured: Measured) -> np.ndarray | None:
     step = between / PARTS if measured.step is None else measured.step
     every = max(1, round(between / step))
     spectrum = np.abs(np.fft.rfft(_covariance(sensor, step, every)))
+    # Far above its cut-off the low-pass leaves nothing but rounding errors, even zeros: the
+    # lower limit keeps the logarithm finite and the filter short.
     cepstrum = np.fft.irfft(np.log(np.maximum(spectrum, 1e-12 * spectrum.max())))
     half = len(cepstrum) // 2
     # Inverse of the minimum-phase factor: the causal half of the cepstrum with reversed sign.
@@ -74,14 +76,21 @@ def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
 
 
 def _covariance(sensor: Sampled, step: float, every: int) -> np.ndarray:
-    """Return the autocovariance of the noise at every ``every``-th step, in cyclic order."""
+    """Return the autocovariance of a sensor's noise, in the order of an FFT.
+
+    Lag 0 is first, then the positive lags, then the negative ones. A lag is ``every`` steps long.
+    """
     response = np.zeros((LONG, 2))
     response[0] = 1.0
     passed = low_pass_alone(sensor, step).process(1, response)[:, 0]
+    # Variance of white noise: its one-sided density times the Nyquist frequency.
+    # Variance of white noise: its one-sided density times the Nyquist frequency.
     size = sensor.noise_density**2 * 0.5 / step
     whole = size * fftconvolve(passed, passed[::-1])[LONG - 1 :: every]
     count = LONG // 2
     kept = np.zeros(count)
     kept[: min(count, len(whole))] = whole[:count]
+    # Rounding to a resolution r, after the low-pass, adds white noise of variance r^2 / 12.
+    # Rounding to a resolution r, after the low-pass, adds white noise of variance r^2 / 12.
     kept[0] += sensor.resolution**2 / 12.0
     return np.concatenate([kept, [0.0], kept[:0:-1]])

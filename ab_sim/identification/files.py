@@ -93,7 +93,7 @@ def measured_of(
 
 
 def sensors_of(table: Table) -> tuple[list[str], list[str]]:
-    """Return names of accelerometers and probes: of the recorded scene, or of a bag."""
+    """Return the names of the accelerometers and of the probes of a recorded scene or bag."""
     recorded = table.description.get("scene")
     if recorded:
         sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
@@ -106,7 +106,9 @@ def sensors_of(table: Table) -> tuple[list[str], list[str]]:
 
 
 def _whirl_of(signals: np.ndarray, axes: Sequence[float]) -> np.ndarray:
-    """Return x + i y of two signals; the first signal if they do not span the plane.
+    """Return the displacement or acceleration as x + i y, from signals along two axes.
+
+    Return the first signal if there is only one, or if the axes are nearly parallel.
 
     Args:
         signals: finite signals, shape (samples, axes).
@@ -121,11 +123,14 @@ def _whirl_of(signals: np.ndarray, axes: Sequence[float]) -> np.ndarray:
 
 
 class _Reader:
+    """Conversion of a table to a recording in SI units, by its mapping."""
+
     def __init__(self, table: Table, scene: Scene, mapping: ColumnMapping) -> None:
         self._table, self._scene, self._mapping = table, scene, mapping
         self._name = table.name
 
     def measured(self, with_balls: bool | None) -> Measured:
+        """Return the recording, checked; for ``with_balls`` see ``measured_of``."""
         mapping, name = self._mapping, self._name
         kind = self._kind()
         signals = np.column_stack(
@@ -149,8 +154,8 @@ class _Reader:
             )
             time, signals, angle = time[finite], signals[finite], angle[finite]
             speed = None if speed is None else speed[finite]
-        is_own, step = self._run(time)
-        time = time - (0.0 if is_own else time[0])
+        from_start, step = self._run(time)
+        time = time - (0.0 if from_start else time[0])
         schedule = self._schedule(time, speed, angle)
         axes = self._axes()
         turned = schedule.angles(time)
@@ -160,13 +165,15 @@ class _Reader:
         ]
         there = np.isfinite(signals).all(axis=1)
         balls = mapping.balls if with_balls is None else with_balls
-        if with_balls is None and (finite := self._table.description.get("balls")) is not None:
-            balls = bool(finite)
+        if with_balls is None and (count := self._table.description.get("balls")) is not None:
+            balls = bool(count)
         sense = check_sense(turned[there], _whirl_of(signals[there], axes), balls, name)
         remarks.append(sense.note)
         sensor = self._sensor()
+        # The sample at time 0 is the initial state, which is fitted separately.
         kept = time > 1e-12
         if sensor is not None and step is not None:
+            # In a recorded simulation, a sensor's reading is repeated until its next sample.
             every = steps_per_sample(sensor.sample_rate, step)
             kept &= np.rint(time / step).astype(np.int64) % every == 0
         rests = mapping.at_rest
@@ -262,6 +269,7 @@ class _Reader:
         return notes
 
     def _kind(self) -> str:
+        """Return the kind of the signals: stated, or that of the unit of the first that has one."""
         kind = self._mapping.kind_of_signals
         if kind is None:
             units = [
@@ -281,26 +289,28 @@ class _Reader:
             )  # fmt: skip
         return kind
 
-    def _numbers(self, asked: ColumnOf, si: str, place: str) -> np.ndarray:
-        unit = self._table.unit_of(asked.column, asked.unit)
-        if isinstance(asked, SignalColumn) and asked.sensitivity is not None:
-            factor = sensitivity_factor(asked.sensitivity, unit, si, f"{self._name}: {place}")
+    def _numbers(self, column: ColumnOf, si: str, place: str) -> np.ndarray:
+        """Return the numbers of a column in an SI unit; ``place`` is its key in the mapping."""
+        unit = self._table.unit_of(column.column, column.unit)
+        if isinstance(column, SignalColumn) and column.sensitivity is not None:
+            factor = sensitivity_factor(column.sensitivity, unit, si, f"{self._name}: {place}")
         else:
             factor = factor_of(unit, si, f"{self._name}: {place}")
-        return factor * self._table.column(asked.column, place)
+        return factor * self._table.column(column.column, place)
 
-    def _angle_from(self, asked: Keyphasor, time: np.ndarray) -> np.ndarray:
+    def _angle_from(self, keyphasor: Keyphasor, time: np.ndarray) -> np.ndarray:
         """Return the spindle's angle [rad]; NaN before the first and after the last pulse."""
-        reading = self._table.column(asked.column, "keyphasor")
+        reading = self._table.column(keyphasor.column, "keyphasor")
         check_finite(time, reading, "keyphasor", self._name)
         place = f"{self._name}: keyphasor.angle"
-        first = 0.0 if asked.angle is None else number_of(asked.angle, "rad", place)
-        return first + angle_from_pulses(time, reading, asked.per_turn, self._name)
+        first = 0.0 if keyphasor.angle is None else number_of(keyphasor.angle, "rad", place)
+        return first + angle_from_pulses(time, reading, keyphasor.per_turn, self._name)
 
-    def _optional(self, asked: ColumnOf | None, si: str, place: str) -> np.ndarray | None:
-        return None if asked is None else self._numbers(asked, si, place)
+    def _optional(self, column: ColumnOf | None, si: str, place: str) -> np.ndarray | None:
+        return None if column is None else self._numbers(column, si, place)
 
     def _time(self, count: int) -> np.ndarray:
+        """Return the times of ``count`` samples [s], from a column or from the sampling rate."""
         mapping = self._mapping
         if mapping.time is not None:
             return self._numbers(mapping.time, "s", "time")
@@ -311,7 +321,10 @@ class _Reader:
         return np.arange(count) / rate
 
     def _run(self, time: np.ndarray) -> tuple[bool, float | None]:
-        """Return whether the recording includes the run's start, and the step [s] or None."""
+        """Return whether a recorded simulation includes its start, and its step [s].
+
+        Return False and None for a real drive.
+        """
         step = self._table.description.get("step")
         if not isinstance(step, float) or "step" not in self._table.columns:
             return False, None
@@ -319,6 +332,7 @@ class _Reader:
         return first <= RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step
 
     def _axes(self) -> tuple[float, ...]:
+        """Return the direction of each signal's axis from the deck's x [rad]."""
         axes = []
         turned = 0.0
         sensor = self._sensor()
@@ -333,13 +347,17 @@ class _Reader:
         return tuple(axes)
 
     def _sensor(self) -> Sampled | None:
-        asked = self._mapping.sensor
-        if asked is None:
+        """Return the sensor that the mapping describes or names; None if its low-pass is unknown.
+
+        The scene of a recorded simulation takes precedence over the fitted scene.
+        """
+        sensor = self._mapping.sensor
+        if sensor is None:
             return None
-        if isinstance(asked, dict):
+        if isinstance(sensor, dict):
             kind = Accelerometer if self._kind() == ACCELERATION else ProximityProbe
             try:
-                return kind.model_validate(asked)
+                return kind.model_validate(sensor)
             except ValidationError as error:
                 error_entry = error.errors(include_url=False)[0]
                 key = ".".join(map(str, ("sensor", *error_entry["loc"])))
@@ -350,14 +368,14 @@ class _Reader:
                 ) from None
         recorded = self._table.description.get("scene") or {}
         for section, model in SENSORS.items():
-            if asked in (recorded.get(section) or {}):
-                return model.model_validate(recorded[section][asked])
-        if asked in self._scene.pickups:
-            return self._scene.pickups[asked]
-        if asked in itertools.chain(*sensors_of(self._table)):
+            if sensor in (recorded.get(section) or {}):
+                return model.model_validate(recorded[section][sensor])
+        if sensor in self._scene.pickups:
+            return self._scene.pickups[sensor]
+        if sensor in itertools.chain(*sensors_of(self._table)):
             return None  # a test rig's sensor, whose low-pass is unknown
         raise InputError(
-            f"{self._name}: sensor = {asked!r}: no such sensor; the scene has "
+            f"{self._name}: sensor = {sensor!r}: no such sensor; the scene has "
             + (", ".join(self._scene.pickups) or "no sensors")
             + "; name one, or give its parameters, e.g. {bandwidth: 200}"
         )
@@ -380,7 +398,7 @@ MOST_MASS = 1e3
 
 
 class Files(NamedTuple):
-    """Files of recordings."""
+    """Files of an identification, and settings of their conversion."""
 
     recordings: Sequence[Path]
     without_balls: Sequence[Path] = ()

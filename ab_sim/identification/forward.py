@@ -106,6 +106,7 @@ class RecordedDrive:
             slope: whether the derivative with respect to time is needed.
             central: whether differences are central rather than one-sided.
         """
+        # The runs of all differences go side by side in the lanes of the same machine code.
         every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)
         for key, move in zip(keys, moves, strict=True):
             now = float(values[key] if key in values else value_of(self.scene, key))
@@ -140,6 +141,7 @@ class RecordedDrive:
             if any(run.failure for run in done):
                 return None
             return np.stack([run.trajectory.samples for run in done])
+        # Lanes run in whole groups: unused lanes of the last group write to rows that are dropped.
         rows = -(-len(runs) // LANES) * LANES
         samples = np.empty((rows, self.steps, len(self._first.channels)))
         for begin in range(0, len(runs), LANES):
@@ -151,40 +153,44 @@ class RecordedDrive:
                 return None
         return samples[: len(runs)]
 
-    def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
-        """Return signals on the sensor's axes, shape (steps, axes)."""
+    def _sensed(self, run: PreparedRun, trajectory: Trajectory) -> np.ndarray:
+        """Return a run's low-passed signals along the measured axes, shape (steps, axes)."""
         sensor, deck = self.measured.sensor, run.system.deck_model
-        first = taken.channels.index(type(deck).CHANNELS[0])
-        motion = taken.samples[:, first : first + len(type(deck).CHANNELS)]
-        across = self._felt(run, motion)
+        first = trajectory.channels.index(type(deck).CHANNELS[0])
+        motion = trajectory.samples[:, first : first + len(type(deck).CHANNELS)]
+        sensed = self._at_sensor(run, motion)
         if sensor is not None:
             pickup = low_pass_alone(sensor, self.step)
             start = start_state(run.scene, run.system)[layout_of(run.system).deck]
             # Initialise the low-pass as if the drive had been at rest there for a long time.
-            pickup.reset(self._felt(run, deck.at_rest(start))[0])
-            across = pickup.process(1, across)
-        return across[:, :1] * self._cosine + across[:, 1:2] * self._sine
+            pickup.reset(self._at_sensor(run, deck.at_rest(start))[0])
+            sensed = pickup.process(1, sensed)
+        return sensed[:, :1] * self._cosine + sensed[:, 1:2] * self._sine
 
-    def _felt(self, run: PreparedRun, samples: np.ndarray) -> np.ndarray:
-        """Return the sensed quantity along the deck's x and y, shape (steps, 2).
+    def _at_sensor(self, run: PreparedRun, samples: np.ndarray) -> np.ndarray:
+        """Return the quantity at the sensor along the deck's x and y, shape (steps, 2).
 
-        This is the displacement [m] or the specific force [m/s^2].
+        This is the displacement [m] or the specific force [m/s^2]. ``samples`` are the deck's
+        channels, shape (steps, channels).
         """
         deck, sensor = run.system.deck_model, self.measured.sensor
         if self.measured.kind == DISPLACEMENT:
             names = type(deck).CHANNELS
             return samples[:, [names.index("x"), names.index("y")]]
         point = (0.0, 0.0, 0.0) if sensor is None else sensor.position
-        felt = deck.specific_force(run.system.effects, samples.T, point)
+        force = deck.specific_force(run.system.effects, samples.T, point)
         return np.stack(
-            [np.broadcast_to(component, len(samples)) for component in felt[:2]], axis=1
+            [np.broadcast_to(component, len(samples)) for component in force[:2]], axis=1
         )
 
     def _at_times(
         self, runs: np.ndarray, delay: float, slope: bool
     ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the signals of all runs at the recorded times, and the slope of the first run."""
         if self._grid is not None and delay == 0.0 and not slope:
             return runs[:, self._grid], np.zeros(runs.shape[2:])
+        # Steps that do not coincide with samples, and a delay, need interpolation. A spline also
+        # has the slope, which is the derivative of the signals by a delay, up to the sign.
         time = self.step * np.arange(1, self.steps + 1)
         spline = CubicSpline(time, runs, axis=1)
         at = np.maximum(self.measured.time - delay, 0.0)
@@ -203,6 +209,11 @@ def _heavier(scene: Scene, mass: float) -> Scene:
 
 
 def _step(scene: Scene, measured: Measured) -> float:
+    """Return the integration step [s]: recorded, or a whole fraction of the sampling interval.
+
+    With such a fraction every sample coincides with a step and needs no interpolation. If the
+    interval has too many digits, return the scene's step.
+    """
     if measured.step is not None:
         return measured.step
     between = float(np.median(np.diff(measured.time)))
@@ -215,6 +226,7 @@ def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
     """Return the scene with the recorded speed as its profile, and without a motor and sensors."""
     pieces = measured.schedule.segments[:-1]
     first = pieces[0].segment
+    # The recorded motion has happened, so the spindle's limits in the scene do not apply.
     changes: dict[str, Any] = {
         "profile": {
             "kind": "segments",
@@ -243,6 +255,7 @@ def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
 
 
 def _prepared(scene: Scene, name: str) -> PreparedRun:
+    """Prepare the first run; name the original scene in an error."""
     try:
         return PreparedRun(scene)
     except SceneError as error:

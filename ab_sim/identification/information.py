@@ -40,6 +40,7 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
 
 
 def _r(matrices: np.ndarray) -> np.ndarray:
+    """Return R of the QR decomposition of each matrix, shape (..., rows, columns)."""
     factor: np.ndarray = np.linalg.qr(matrices, mode="r")  # type: ignore[assignment]
     return factor
 
@@ -98,7 +99,11 @@ def deviations_of(derivatives: np.ndarray) -> np.ndarray:
 
 
 def _decomposed(derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return column norms, and singular values and directions of the normalised columns."""
+    """Return column norms, and singular values and right singular vectors of normalised columns.
+
+    Normalisation makes the rank independent of the parameters' scales. The vectors are rows, shape
+    (parameters, parameters); those of unidentifiable directions come last.
+    """
     size = np.linalg.norm(derivatives, axis=0)
     size = np.where(size > 0.0, size, 1e-300)
     _, singular, rows = np.linalg.svd(triangle(derivatives / size), full_matrices=True)

@@ -44,17 +44,21 @@ class Estimate(NamedTuple):
 
     name: str
     unit: str
+    """SI unit of all numbers of the estimate; ``1`` if they have none."""
     value: float
     low: float
+    """Lower end of the interval; -inf if it is open."""
     high: float
+    """Upper end of the interval; inf if it is open."""
     deviation: float
     """Standard deviation from the curvature; infinite for undetermined parameters."""
     how: str
     """Origin of the interval: ``CURVATURE``, ``PROFILE``, ``HELD`` or ``OPEN``."""
     at_bound: bool
+    """True if the value is at one of its bounds, see ``AT_BOUND``."""
     start: float
     """Value in the scene."""
-    own: bool
+    per_recording: bool
     """True if the parameter belongs to a single recording."""
 
     @property
@@ -68,6 +72,7 @@ class ProfilePoints(NamedTuple):
 
     name: str
     values: tuple[float, ...]
+    """Rising values of the parameter [SI]."""
     rises: tuple[float, ...]
     """Rises of the sum of squares in units of the noise variance."""
 
@@ -105,6 +110,10 @@ def intervals_of(
         free: indices of the fitted parameters, without undetermined ones.
         tell: progress callback.
         profiles: whether to compute profiles of skewed parameters and of those at a bound.
+
+    Returns:
+        Estimates of all parameters, and the covariance of the free ones. Fixed parameters have an
+        open interval.
     """
     free = list(free)
     scales = problem.scales[free]
@@ -170,7 +179,10 @@ def _moved(
     problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     j: int, by: float,
 ) -> np.ndarray:  # fmt: skip
-    """Return values with a parameter moved; the others follow the parabola, within their bounds."""
+    """Return values with parameter ``j`` moved by ``by`` [SI], and the others where they fit best.
+
+    The best fit is that of a parabola with covariance ``followed``, limited to the bounds.
+    """
     k = list(free).index(j)
     moved = values.copy()
     if followed[k, k] > 0.0:
@@ -185,7 +197,10 @@ def _skews(
     problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     variance: float, reaches: np.ndarray, reach: float,
 ) -> dict[int, float]:  # fmt: skip
-    """Return, by parameter, the relative deviation from a parabola at the interval's ends."""
+    """Return the relative deviation of the cost from a parabola, by index of the parameter.
+
+    It is the larger of those at both ends of the parameter's interval.
+    """
     best = problem.cost(values)
     skews = {}
     for j, step in zip(free, reaches.tolist(), strict=True):
@@ -203,21 +218,26 @@ def _end(
     problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     j: int, way: float, step: float, rise: float,
 ) -> tuple[float, list[tuple[float, float]]]:  # fmt: skip
-    """Return the value at which the sum of squares has risen by ``rise``, and the profile points.
+    """Return one end of a profile's interval [SI], and the points (value, rise) of the profile.
 
-    The value is infinite if the bound is reached first.
+    At the end, the sum of squares has risen by ``rise`` after a fit of all other parameters (D. M.
+    Bates and D. G. Watts, Nonlinear Regression Analysis and Its Applications, Wiley 1988, section
+    6.1). The end is infinite if the bound in direction ``way``, -1 or 1, is reached first.
     """
     parameter = problem.parameters[j]
     others = [i for i in free if i != j]
     best = problem.cost(values)
     bound = parameter.high if way > 0.0 else parameter.low
     if parameter.is_own_angle:
+        # Half a revolution away, the profile meets its other side.
         bound = values[j] + way * math.pi
     at, seen = float(values[j]), 0.0
     points: list[tuple[float, float]] = []
     now = values
 
-    def look(place: float, begin: np.ndarray) -> tuple[float, np.ndarray]:
+    def refit(place: float, begin: np.ndarray) -> tuple[float, np.ndarray]:
+        # The parabola predicts the other parameters well near the best fit only. Farther away their
+        # values at the last point may be better.
         alone = begin.copy()
         alone[j] = place
         along = _moved(problem, begin, free, followed, j, place - float(begin[j]))
@@ -230,7 +250,7 @@ def _end(
             middle = _root(near, less, far, more, rise)
             if more > HIGH * rise:
                 middle = 0.5 * (near + far)
-            there, _ = look(middle, now)
+            there, _ = refit(middle, now)
             points.append((middle, there))
             if there < rise:
                 near, less = middle, there
@@ -240,11 +260,12 @@ def _end(
                 break
         return _root(near, less, far, more, rise)
 
+    # Double the step until the rise is bracketed.
     for _ in range(PROFILE_POINTS):
         place = at + way * step
         if (bound - place) * way <= 0.0:
             place = bound
-        fit, now = look(place, now)
+        fit, now = refit(place, now)
         points.append((place, fit))
         if fit >= rise:
             return end_between(at, seen, place, fit), points
@@ -255,6 +276,9 @@ def _end(
 
 
 def _root(a: float, rise_a: float, b: float, rise_b: float, rise: float) -> float:
-    """Interpolate the place of a rise between two points, linearly in its square root."""
+    """Return the place between a and b at which a profile has a rise.
+
+    The square root of the rise is interpolated linearly, which is exact for a parabola.
+    """
     low, high, wanted = np.sqrt([rise_a, rise_b, rise])
     return float(a + (b - a) * (wanted - low) / (high - low))

@@ -33,7 +33,9 @@ class OpenDirection(NamedTuple):
     deviation: float
     """Standard deviation of the largest component, relative to its scale; may be infinite."""
     words: str
+    """Description of the direction, a clause."""
     advice: str
+    """Remedy: a measurement or recording that removes the direction."""
     held: str
     """Parameter that was fixed to remove the direction."""
 
@@ -52,9 +54,11 @@ class Knowledge(NamedTuple):
     """Identifiability of the common parameters and of the recordings' gains."""
 
     names: tuple[str, ...]
+    """Names of the examined parameters."""
     singular: tuple[float, ...]
     """Singular values of the scaled sensitivities, with the recordings' own parameters fitted."""
     open: tuple[OpenDirection, ...]
+    """Unidentifiable directions."""
     held: tuple[int, ...]
     """Indices of the fixed parameters."""
 
@@ -89,6 +93,8 @@ def knowledge_of(
     directions: list[OpenDirection] = []
     held: list[int] = []
     columns = list(range(len(wanted)))
+    # A singular value is the reciprocal of a direction's standard deviation. Several directions may
+    # share parameters, so decompose again after each parameter that is fixed.
     while columns:
         _, sizes, rows = np.linalg.svd(remaining[:, columns], full_matrices=True)
         sizes = np.concatenate([sizes, np.zeros(len(rows) - len(sizes))])
@@ -108,7 +114,9 @@ def knowledge_of(
 
 
 def knowledge_before(problem: Problem, seed: int, tell: Progress = lambda *_: None) -> Knowledge:
-    """Return directions that are unidentifiable for all start angles, at the scene's values.
+    """Return the directions that are unidentifiable at the scene's values, before a fit.
+
+    The start angles are not yet known. A direction counts only if it is open for all drawn ones.
 
     Args:
         problem: problem with the recordings and their noise.
@@ -141,6 +149,7 @@ def shared_numbers(problem: Problem) -> list[int]:
 
 
 def _parts(names: Sequence[str], direction: np.ndarray) -> list[tuple[str, float]]:
+    """Return a direction's parameters with exponents above ``PART``; the largest exponent is 1."""
     largest = direction[int(np.argmax(np.abs(direction)))]
     scaled = direction / largest
     return [
@@ -158,6 +167,11 @@ def _chosen(parts: Sequence[tuple[str, float]]) -> str:
 
 
 def _words(parts: Sequence[tuple[str, float]], nothing: bool) -> str:
+    """Describe an open direction; ``nothing``: the measurements do not change at all along it.
+
+    A step is relative to the parameters' scales, which are their start values. A small step along
+    the direction thus multiplies each value by a common factor to the power of its component.
+    """
     names = [name for name, _ in parts]
     listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     hardly = "" if nothing else "hardly more than "
@@ -174,6 +188,7 @@ def _words(parts: Sequence[tuple[str, float]], nothing: bool) -> str:
 
 
 def _advice(parts: Sequence[tuple[str, float]]) -> str:
+    """Return the remedy for an open direction, by the kind of its parameters."""
     names = [name for name, _ in parts]
     if any(name in MASSES for name in names):
         return WEIGH

@@ -22,11 +22,11 @@ SPELLINGS = {
     ("mg", "m/s^2"): "mg_0",
     ("m/s2", "m/s^2"): "m/s^2",
 }
-"""Spellings of units by instruments, in lower case with their SI unit, to those of pint."""
+"""Pint's spelling of a unit, by the spelling of instruments in lower case and the SI unit."""
 PAIRS = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
 """Columns of the deck's motion in recordings of ab_sim."""
 AXES = (0.0, 1.5707963267948966)
-"""Default directions of the first and second signal: the deck's x and y."""
+"""Default directions of the first and second signal [rad]: the deck's x and y."""
 
 
 class ColumnOf(Section):
@@ -136,7 +136,11 @@ def read_mapping_file(path: Path) -> ColumnMapping:
 
 
 def mapping_of(raw: Any, place: str) -> ColumnMapping:
-    """Return a mapping from plain values.
+    """Check plain values, as read from YAML, and return them as a mapping.
+
+    Args:
+        raw: plain values.
+        place: origin of the values, for messages.
 
     Raises:
         InputError: see ``read_mapping_file``.
@@ -159,7 +163,7 @@ def mapping_of(raw: Any, place: str) -> ColumnMapping:
 
 
 def kind_of_unit(unit: str) -> str | None:
-    """Return the quantity with a unit, displacement or acceleration; None for other units."""
+    """Return the quantity that a unit measures: displacement or acceleration, None for others."""
     for kind, units in UNITS.items():
         if unit == units:
             return kind
@@ -172,7 +176,7 @@ def kind_of_unit(unit: str) -> str | None:
 
 
 def _spelled(unit: str, si: str) -> str:
-    """Return a unit in pint's spelling, if its quantity is unambiguous."""
+    """Return pint's spelling of a unit for a quantity with the SI unit ``si``."""
     return SPELLINGS.get((unit.strip().lower(), si), unit.strip())
 
 
@@ -204,6 +208,11 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, name: str) -
 def factor_of(unit: str | None, si: str, place: str) -> float:
     """Return the factor from a unit to SI.
 
+    Args:
+        unit: unit of the numbers; None if they are in SI.
+        si: SI unit of the quantity.
+        place: recording and key of the mapping, for messages.
+
     Raises:
         InputError: the unit does not fit the quantity.
     """
@@ -217,6 +226,11 @@ def factor_of(unit: str | None, si: str, place: str) -> float:
 
 def number_of(value: str | float, si: str, place: str) -> float:
     """Return a number in SI, from a number or a text with a unit.
+
+    Args:
+        value: number in SI, or text with or without a unit.
+        si: SI unit of the quantity.
+        place: recording and key of the mapping, for messages.
 
     Raises:
         InputError: the text is not a number, or its unit does not fit.

@@ -77,7 +77,7 @@ class Measured:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the signals about their mean."""
+        """Root mean square of the signals about their mean [m or m/s^2]."""
         return float(np.sqrt(np.nanmean((self.signals - np.nanmean(self.signals, axis=0)) ** 2)))
 
     def until(self, time: float) -> "Measured":

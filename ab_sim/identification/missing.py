@@ -36,6 +36,7 @@ SIZES = 10.0 ** np.arange(-12.0, 13.0)
 The size is chosen at which the signals change by about their noise.
 """
 TRIAL_STEPS = 15
+"""Largest number of iterations of the fit with an effect."""
 STEEL = 7800.0
 """Density of balls [kg/m^3], used if the scene gives no radius and an effect needs it."""
 EQUAL, UNEQUAL = "suspension", "unequal_suspension"
@@ -59,6 +60,7 @@ FAST = 0.6
 PER_TURN = 8
 """Number of trial ratios of whirl to spindle speed within 1 / turns, the width of a peak."""
 MOST_ROWS = 4000
+"""Largest number of samples in the comparison of whirl and angle."""
 NEAR = 0.7
 """Half-width of the search in units of one over the number of turns."""
 STEPS, POINTS = 15, 16
@@ -108,12 +110,13 @@ def tried_effects(
                 trial = _tried(problem, without, free, whole, added, name, before)
                 trials.append(trial._replace(nuisance=nuisance))
     count = math.log(sum(measured.count for measured in problem.recordings))
-    # Bayesian information criterion: every additional parameter must pay for itself.
+    # Bayesian information criterion (Schwarz, 1978, Ann. Statist. 6, 461-464): an additional
+    # parameter must reduce the sum of squares by the logarithm of the number of values.
     return tuple(sorted(trials, key=lambda trial: len(trial.values) * count - trial.drop))
 
 
 def _needs_balls(effect: type[Any]) -> bool:
-    """Return whether an effect has no influence without balls."""
+    """Return whether an effect acts on balls only, judged by the methods that it defines."""
     methods = {name for name, member in vars(effect).items() if callable(member) and name[0] != "_"}
     return methods - {"check_scene"} <= BALLS_ONLY
 
@@ -135,7 +138,17 @@ def _tried(
     problem: Problem, without: Fitted, free: Sequence[int], whole: Problem, more: Sequence[str],
     name: str, before: float,
 ) -> TriedEffect:  # fmt: skip
-    """Fit a problem with additional parameters, and compare it with the earlier fit."""
+    """Fit a problem with additional parameters, and compare it with the fit without them.
+
+    Args:
+        problem: problem without the additional parameters.
+        without: its fit.
+        free: indices of its fitted parameters.
+        whole: problem with the additional parameters.
+        more: names of the additional parameters.
+        name: name of the trial.
+        before: combined z of the residuals of ``without``.
+    """
     values_by_name = dict(zip(problem.names, without.values.tolist(), strict=True))
     begin = np.array(
         [values_by_name.get(parameter.name, parameter.start) for parameter in whole.parameters]
@@ -144,6 +157,7 @@ def _tried(
     numbers = [j for j, parameter in enumerate(whole.parameters) if parameter.name in fitted]
     places = [whole.names.index(name) for name in more]
     fits = [minimise(whole, begin, numbers, TRIAL_STEPS)]
+    # The start is just visible, but its sign is unknown, and a minimiser rarely crosses 0.
     if places and begin[places[0]] != 0.0 and whole.parameters[places[0]].low < 0.0:
         begin[places[0]] = -begin[places[0]]
         fits.append(minimise(whole, begin, numbers, TRIAL_STEPS))
@@ -222,17 +236,22 @@ def _unequal(problem: Problem, values: np.ndarray) -> tuple[Problem, list[str]]:
 def _with_scene(
     problem: Problem, scene: Scene, kept: Sequence[FitParameter], more: Sequence[FitParameter]
 ) -> tuple[Problem, list[str]]:
-    """Return the problem with another scene and further parameters, and the latter's names."""
+    """Return a problem with another scene, and the names of the parameters in ``more``.
+
+    Its common parameters are ``kept`` and ``more``; recordings and noise are those of ``problem``.
+    """
     whole = Problem(scene, (*kept, *more), problem.recordings, problem.noise)
     return whole, [parameter.name for parameter in more]
 
 
 def _least(about: dict[str, Any]) -> float:
+    """Return the lower limit of a parameter from its JSON schema; -inf if it has none."""
     least: float = about.get("minimum", about.get("exclusiveMinimum", -np.inf))
     return least
 
 
 def _with_effect(scene: Scene, name: str, parameters: dict[str, float]) -> Scene:
+    """Return the scene with an effect, and with radii of steel balls if the effect needs them."""
     changes: dict[str, Any] = {f"effects.{name}": parameters}
     if effect_classes()[name].uses_ball_radius and scene.balls.radius is None and scene.balls.count:
         changes["balls.radius"] = [
@@ -261,6 +280,7 @@ def _size(problem: Problem, values: np.ndarray, key: str, least: float) -> float
 
 
 def _z(problem: Problem, values: np.ndarray) -> float:
+    """Return the combined z of the residuals of all recordings; infinite if a run fails."""
     if any(problem.simulated(k, values) is None for k in range(len(problem.recordings))):
         return math.inf
     return total_z(whiteness_over(problem, values))
@@ -295,6 +315,7 @@ def tried_scales(
         search.tell(f"tried with another sampling rate of {measured.name}", 0, 1)
         about, turns = _drift(measured)
         last = Fitted(values, np.inf)
+        # Outside the search range around the present scale, the fitted values are of no use.
         if abs(about) > NEAR / turns:
             whole = _with_scale(problem, number, 1.0 + about)
             last = StagedFit(whole, held, search).run()
@@ -306,6 +327,7 @@ def tried_scales(
             share: float, number: int = number, begin: np.ndarray = begin,
             ends: dict[float, Fitted] = ends,
         ) -> float:  # fmt: skip
+            # Start from the fit at the nearest scale: the minimum in the ball angles moves with it.
             whole = _with_scale(problem, number, 1.0 + share)
             nearest = min(ends, key=lambda other: abs(other - share), default=None)
             start = begin if nearest is None else ends[nearest].values
@@ -340,6 +362,8 @@ def _drift(measured: Measured) -> tuple[float, float]:
     whirl = (measured.signals[there] @ np.exp(1j * np.array(measured.axes)))[fast]
     turned = angle[fast] - angle[fast[0]]
     turns = max(abs(float(turned[-1])) / (2.0 * np.pi), 1.0)
+    # Spectrum of the whirl over the spindle angle instead of time: an unbalance has a sharp peak at
+    # the spindle's frequency, also while the speed changes.
     still = (whirl - whirl.mean()) * np.exp(-1j * angle[fast]) * np.hanning(len(fast))
     shares = np.linspace(-MOST_OFF, MOST_OFF, 2 * int(MOST_OFF * turns * PER_TURN) + 3)
     peaks = [abs(complex(np.sum(still * np.exp(-1j * share * turned)))) for share in shares]
@@ -347,6 +371,7 @@ def _drift(measured: Measured) -> tuple[float, float]:
 
 
 def _with_scale(problem: Problem, number: int, scale: float) -> Problem:
+    """Return the problem with the times of a recording multiplied by a factor."""
     return _with_recording(problem, number, scaled(problem.recordings[number], scale))
 
 

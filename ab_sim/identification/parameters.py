@@ -19,6 +19,7 @@ WITHIN = 10.0
 ENCODER_ZERO = "encoder zero"
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
 POSITION, VELOCITY = "start.deck.position", "start.deck.velocity"
+"""Keys of a recording's initial state; entries follow by index."""
 _REFUSED = {
     "spindle": "the spindle does what was recorded",
     "profile": "the spindle does what was recorded",
@@ -30,6 +31,7 @@ _REFUSED = {
     "duration": "it is not a property of the drive",
     "effects.motor": "the spindle's speed is as recorded, and no torque was measured",
 }
+"""Sections of a scene that cannot be fitted, with the reason."""
 
 
 class FitParameter(NamedTuple):
@@ -38,11 +40,15 @@ class FitParameter(NamedTuple):
     name: str
     """Name: the key; for a single recording with the recording's name: ``gain of run-1``."""
     unit: str
+    """SI unit of all numbers of the parameter; ``1`` if they have none."""
     start: float
+    """Start value of the fit."""
     scale: float
     """Magnitude of a large change."""
     low: float
+    """Lower bound of the fit."""
     high: float
+    """Upper bound of the fit."""
     key: str | None
     """Dotted key in a scene; None for gain, bias and delay."""
     recording: int | None = None
@@ -53,12 +59,14 @@ class FitParameter(NamedTuple):
     """Axis of a bias."""
     least: float = -math.inf
     """Lower limit in the scene, e.g. 0 for a stiffness."""
-
     bases: Mapping[int, float] = {}
     """For the encoder's zero: base angle [rad] by index of each recording that shares it."""
 
     def belongs_to(self, recording: int | None) -> bool:
-        """Return whether a recording depends on the parameter; with None, whether all do."""
+        """Return whether the recording with an index depends on the parameter.
+
+        For None, return whether the parameter is common to all recordings.
+        """
         return self.recording is None or self.recording == recording or recording in self.bases
 
     @property
@@ -92,6 +100,7 @@ def fitted_parameters(
 
 
 def _fitted(scene: Scene, key: str, bounds: tuple[float, float] | None) -> FitParameter:
+    """Return the parameter of a key; refuse a key that is not a continuous number of the drive."""
     now, whole = _value(scene, key)
     for section, why in _REFUSED.items():
         if key == section or key.startswith(f"{section}."):
@@ -131,7 +140,7 @@ def _value(scene: Scene, key: str) -> tuple[Any, str]:
 
 
 def _entry(key: str, node: Any, part: str, above: str) -> Any:
-    """Return the entry ``part`` of a list or a mapping."""
+    """Return the entry ``part`` of a list or a mapping; ``above`` is its key, ``key`` the whole."""
     if isinstance(node, list):
         if not node:
             raise InputError(
@@ -155,6 +164,10 @@ def _entry(key: str, node: Any, part: str, above: str) -> Any:
 def _limits(
     scene: Scene, allowed: Bounds, start: float, bounds: tuple[float, float] | None, key: str
 ) -> tuple[float, float]:
+    """Return a parameter's bounds [SI]: those given, or a factor ``WITHIN`` around the start.
+
+    Refuse given bounds that exclude the start or exceed the scene's limits ``allowed``.
+    """
     lowest, highest = allowed.lowest, allowed.highest
     if bounds is not None:
         low, high = bounds
@@ -218,8 +231,8 @@ def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
     ]  # fmt: skip
 
 
-def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
-    """Return the parameters of a single recording.
+def recording_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
+    """Return the parameters of a single recording: its initial state, and free nuisances.
 
     Args:
         scene: scene to be fitted.
@@ -227,7 +240,7 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
         number: index of the recording.
     """
 
-    def own(
+    def parameter(
         what: str, unit: str, start: float, scale: float, reach: float, key: str | None,
         nuisance: str = "", axis: int = 0,
     ) -> FitParameter:  # fmt: skip
@@ -241,33 +254,36 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
     for ball in range(balls):
         angle = 2.0 * math.pi * ball / max(balls, 1)
         parameters.append(
-            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, f"{ANGLES}.{ball}")
+            parameter(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, f"{ANGLES}.{ball}")
         )
     if not measured.at_rest:
         top = max(measured.schedule.top_speed, 1.0)
         for ball in range(balls):
             name, key = f"start rate of ball {ball}", f"{RATES}.{ball}"
-            parameters.append(own(name, "rad/s", 0.0, 1.0, top, key))
+            parameters.append(parameter(name, "rad/s", 0.0, 1.0, top, key))
         length = scene.whirl_unit[0]
         # A single signal does not determine the start across its axis, which stays 0.
         across = [(abs(math.cos(axis)), abs(math.sin(axis))) for axis in measured.axes]
         seen = (0, 1) if len(across) > 1 else (int(across[0][1] > across[0][0]),)
         for axis in seen:
             name, key = f"start {'xy'[axis]}", f"{POSITION}.{axis}"
-            parameters.append(own(name, "m", 0.0, length, np.inf, key))
+            parameters.append(parameter(name, "m", 0.0, length, np.inf, key))
         for axis in seen:
             name, key = f"start v{'xy'[axis]}", f"{VELOCITY}.{axis}"
-            parameters.append(own(name, "m/s", 0.0, length * top, np.inf, key))
+            parameters.append(parameter(name, "m/s", 0.0, length * top, np.inf, key))
     if DISC_ANGLE in measured.free and not measured.angle_known:
         angle = measured.schedule.angle(0.0)
-        parameters.append(own("disc angle", "rad", angle, 1.0, np.inf, "start.angle"))
+        parameters.append(parameter("disc angle", "rad", angle, 1.0, np.inf, "start.angle"))
     if GAIN in measured.free:
-        parameters.append(own(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
+        # The range of 0.05 to 1.95 excludes 0, at which no other parameter has an influence.
+        parameters.append(parameter(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
     if BIAS in measured.free:
         for axis in range(measured.signals.shape[1]):
             what = f"{BIAS} {axis + 1}"
-            parameters.append(own(what, measured.unit, 0.0, measured.rms, np.inf, None, BIAS, axis))
+            parameters.append(
+                parameter(what, measured.unit, 0.0, measured.rms, np.inf, None, BIAS, axis)
+            )
     if DELAY in measured.free:
         between = float(np.median(np.diff(measured.time)))
-        parameters.append(own(DELAY, "s", measured.delay, between, 50 * between, None, DELAY))
+        parameters.append(parameter(DELAY, "s", measured.delay, between, 50 * between, None, DELAY))
     return parameters

@@ -17,12 +17,15 @@ from ab_sim.identification.parameters import (
     VELOCITY,
     FitParameter,
     encoder_zero,
-    own_parameters,
+    recording_parameters,
 )
 from ab_sim.scene.model import Scene
 
 BEYOND = 1e3
-"""Residuals of a failed run, relative to the signals."""
+"""Residuals of a failed run, relative to the signals.
+
+They are large, so that a minimiser steps back, but finite, as it needs numbers.
+"""
 
 
 class Problem:
@@ -45,9 +48,9 @@ class Problem:
         self.scene, self.common = scene, tuple(common)
         self.recordings, self.noise = tuple(recordings), tuple(noise)
         of_recordings = [
-            own_parameter
+            parameter
             for number, measured in enumerate(recordings)
-            for own_parameter in own_parameters(scene, measured, number)
+            for parameter in recording_parameters(scene, measured, number)
         ]
         self.parameters = (*self.common, *of_recordings, *encoder_zero(recordings))
         self._drives = [RecordedDrive(scene, measured) for measured in recordings]
@@ -125,7 +128,7 @@ class Problem:
     def derivatives(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
     ) -> np.ndarray:
-        """Return only the derivatives of ``both``."""
+        """Return the derivatives that ``both`` returns, shape (residuals, free parameters)."""
         return self.both(values, free, central)[1]
 
     def both(
@@ -144,7 +147,7 @@ class Problem:
         """
         residuals, blocks = [], []
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
-            places = self._own_of(k, free)
+            places = self._affecting(k, free)
             signals = self._signals(k, values, places, central)
             residuals.append(self._residuals_of(k, signals, values)[there] / noise)
             block = np.zeros((int(there.sum()), len(free)))
@@ -160,20 +163,22 @@ class Problem:
         """Return whether ``both`` costs no more than ``residuals``: all runs fit side by side."""
         sides = 2 if central else 1
         return all(
-            drive.side_by_side and sides * len(self._own_of(k, free)) < LANES
+            drive.side_by_side and sides * len(self._affecting(k, free)) < LANES
             for k, drive in enumerate(self._drives)
         )
 
-    def _own_of(self, number: int, free: Sequence[int]) -> list[int]:
+    def _affecting(self, number: int, free: Sequence[int]) -> list[int]:
+        """Return the indices in ``free`` of the parameters on which a recording depends."""
         return [j for j in free if self.parameters[j].belongs_to(number)]
 
     def _residuals_of(
         self, number: int, signals: SimulatedSignals | None, values: np.ndarray
     ) -> np.ndarray:
+        """Return a recording's whitened residuals; large ones for None, a failed run."""
         measured = self.recordings[number].signals
         if signals is None:
             return BEYOND * whitened(self._taps[number], measured)
-        simulated = self._shown(number, signals, values)
+        simulated = self._with_gain_and_bias(number, signals, values)
         return whitened(self._taps[number], measured - simulated)
 
     def simulated(
@@ -187,10 +192,15 @@ class Problem:
             also: further values of the scene, by dotted key.
         """
         signals = self._signals(number, values, (), also=also)
-        return None if signals is None else self._shown(number, signals, values)
+        return None if signals is None else self._with_gain_and_bias(number, signals, values)
 
     def scene_values(self, values: np.ndarray, number: int | None = None) -> dict[str, Any]:
-        """Return the scene's values by dotted key, for a recording or for the common parameters."""
+        """Return values of the scene by dotted key.
+
+        Args:
+            values: values of all parameters [SI].
+            number: index of the recording; None for the values that all recordings share.
+        """
         by_key: dict[str, Any] = {}
         if number is not None:
             measured = self.recordings[number]
@@ -223,10 +233,11 @@ class Problem:
         self, number: int, values: np.ndarray, free: Sequence[int], central: bool,
         also: Mapping[str, Any],
     ) -> SimulatedSignals | None:  # fmt: skip
+        """Simulate a recording, with derivatives by the scene's values and delay in ``free``."""
         drive, measured = self._drives[number], self.recordings[number]
         keys = [(j, self.parameters[j].key) for j in free]
         moved = [(j, key) for j, key in keys if key is not None]
-        delays = self._own(number, DELAY, values)
+        delays = self._nuisances(number, DELAY, values)
         self.runs += 1 + (2 if central else 1) * len(moved)
         return drive.signals(
             {**self.scene_values(values, number), **also},
@@ -237,15 +248,19 @@ class Problem:
             central,
         )
 
-    def _own(self, number: int, nuisance: str, values: np.ndarray) -> list[float]:
+    def _nuisances(self, number: int, nuisance: str, values: np.ndarray) -> list[float]:
+        """Return the fitted values of a recording's gain, biases or delay; empty if not free."""
         return [
             float(value)
             for parameter, value in zip(self.parameters, values, strict=True)
             if parameter.recording == number and parameter.nuisance == nuisance
         ]
 
-    def _shown(self, number: int, signals: SimulatedSignals, values: np.ndarray) -> np.ndarray:
-        gain, bias = self._own(number, GAIN, values), self._own(number, BIAS, values)
+    def _with_gain_and_bias(
+        self, number: int, signals: SimulatedSignals, values: np.ndarray
+    ) -> np.ndarray:
+        """Return simulated signals as the sensor shows them, shape (samples, axes)."""
+        gain, bias = self._nuisances(number, GAIN, values), self._nuisances(number, BIAS, values)
         scaled = signals.values * gain[0] if gain else signals.values
         return scaled + np.array(bias) if bias else scaled
 
@@ -253,7 +268,7 @@ class Problem:
         self, number: int, signals: SimulatedSignals, values: np.ndarray, places: Sequence[int]
     ) -> list[np.ndarray]:
         """Return the derivatives of the signals by parameters, each of shape (samples, axes)."""
-        gains = self._own(number, GAIN, values)
+        gains = self._nuisances(number, GAIN, values)
         gain, derivatives = (gains[0] if gains else 1.0), iter(signals.derivatives)
         columns = []
         for j in places:

@@ -29,11 +29,16 @@ REACH = 1.96
 
 
 class _Standard(NamedTuple):
+    """Standard recording: motion of the spindle, and changes of the drive."""
+
     name: str
     words: str
+    """Instructions for the user."""
     pieces: tuple[tuple[float, Ramp], ...]
+    """Speed over time: durations [s] and ramps."""
     with_balls: bool = True
     trial_mass: float = 0.0
+    """Mass clamped to the deck [kg]."""
 
 
 def proposals_for(
@@ -68,18 +73,20 @@ def proposals_for(
             added = _added(problem, values, standard)
         except AbSimError:
             continue
+        # Independent recordings add up in J^T J: stack their rows. The gains of the present
+        # recordings do not affect the new one.
         both = np.concatenate([present, np.zeros((len(added), len(shared)))])
         both[len(present) :, :count] = added[:, :count]
         then = deviations_of(both)
         opens = [k for k in range(count) if k not in fitted and whole[k] > UNKNOWN >= then[k]]
-        asked = then[[*fitted, *opens]]
+        deviations = then[[*fitted, *opens]]
         if not opens:
-            asked = deviations_of(both[:, lanes])[: len(fitted)]
+            deviations = deviations_of(both[:, lanes])[: len(fitted)]
         proposals.append(
             Proposal(
                 standard.name, standard.words, problem.parameters[worst].name,
                 REACH * float(np.max(now, initial=0.0)),
-                REACH * float(np.max(asked, initial=0.0)),
+                REACH * float(np.max(deviations, initial=0.0)),
                 tuple(problem.parameters[k].name for k in opens),
                 tuple(REACH * float(then[k]) for k in opens),
             )
@@ -90,7 +97,10 @@ def proposals_for(
 
 
 def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
-    """Return sensitivities of common parameters, with the recordings' own parameters fitted."""
+    """Return sensitivities of the common parameters and gains, in units of noise and scales.
+
+    The recordings' own parameters are fitted, which removes their part. Shape (rows, parameters).
+    """
     shared = shared_numbers(problem)
     others = [j for j in range(len(problem.parameters)) if j not in shared]
     jacobian = problem.derivatives(values, list(range(len(problem.parameters))))
@@ -98,6 +108,7 @@ def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
 
 
 def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
+    """Return the standard recordings for the fitted drive, within the spindle's limits."""
     scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
     tops = [measured.schedule.top_speed for measured in problem.recordings]
     critical = scene.critical_speed
@@ -132,11 +143,15 @@ def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
 
 
 def _ramp(top: float, duration: float) -> tuple[tuple[float, Ramp], ...]:
+    """Return a run-up from rest to a speed [rad/s] within a duration [s]."""
     return ((duration, Ramp(0.0, top / duration)),)
 
 
 def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndarray:
-    """Return the sensitivities that a standard recording would add."""
+    """Return the sensitivities that a standard recording would add, see ``_information``.
+
+    Sensor, sampling and noise are those of the first recording.
+    """
     like = problem.recordings[0]
     duration = sum(length for length, _ in standard.pieces)
     end = standard.pieces[-1]

@@ -1,4 +1,7 @@
-"""Tests of residuals for whiteness, over time (Ljung and Box) and frequency (Bartlett).
+"""Tests of residuals for whiteness, over time and over frequency.
+
+Sources: G. M. Ljung and G. E. P. Box, 1978, Biometrika 65, 297-303, for the autocorrelation; J.
+Durbin, 1969, Biometrika 56, 1-15, for Bartlett's cumulative periodogram.
 
 A slightly wrong model leaves residuals that turn with the spindle and vary slowly on rotating axes,
 far below the noise of single samples. A separate test detects them.
@@ -36,7 +39,7 @@ class Whiteness(NamedTuple):
 
     recording: str
     rms: float
-    """Root mean square of the residuals, in the signals' unit."""
+    """Root mean square of the whitened residuals [m or m/s^2]."""
     share: float
     """Root mean square of the residuals relative to the signals'."""
     z: float
@@ -64,7 +67,7 @@ class Whiteness(NamedTuple):
         return max(self.z, self.turning_z)
 
     def report(self) -> dict[str, Any]:
-        """Return the result as JSON-able values."""
+        """Return all fields, and whether the residuals are white, as JSON-able values."""
         return {**self._asdict(), "white": self.white, "signs": list(self.signs)}
 
 
@@ -73,7 +76,8 @@ def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -
 
     Args:
         residuals: residuals, shape (samples, axes), NaN where nothing was measured.
-        rms_of_signals: root mean square of the measured signals about their mean.
+        rms_of_signals: root mean square of the measured signals about their mean, in the unit of
+            the residuals.
         recording: name of the recording.
     """
     q, degrees, distances = 0.0, 0, []
@@ -87,6 +91,7 @@ def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -
     rms = math.sqrt(float(np.mean(np.concatenate(columns) ** 2)))
     share = rms / rms_of_signals if rms_of_signals > 0.0 else math.inf
     judged = share > 2.0 * NOISELESS
+    # Bonferroni's correction for the smallest of several p-values.
     p = min(1.0, len(distances) * min(distances))
     return Whiteness(
         recording, rms, share, (q - degrees) / math.sqrt(2.0 * degrees),
@@ -137,12 +142,13 @@ def turning_z(residuals: np.ndarray, measured: Measured) -> float:
     filled = counts > 0
     q = 2.0 * float(np.sum(np.abs(sums[filled]) ** 2 / counts[filled])) / size
     degrees = 2 * int(filled.sum())
+    # Take the quantile from the smaller tail: a probability near 1 has lost its digits.
     above, below = (max(float(tail(q, degrees)), 1e-300) for tail in (chi2.sf, chi2.cdf))
     return float(norm.isf(above) if above < below else -norm.isf(below))
 
 
 def signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
-    """Return a description of each axis whose residuals drift.
+    """Describe each axis with drifting residuals in a sentence.
 
     Args:
         residuals: residuals, shape (samples, axes), NaN where nothing was measured.
@@ -161,7 +167,7 @@ def signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
 
 
 def noises_of(recordings: Sequence[Measured]) -> list[float]:
-    """Return the standard deviation of each recording's noise, after whitening if coloured."""
+    """Estimate the standard deviation of each recording's noise [m or m/s^2], after whitening."""
     return [
         max(
             noise_of(whitened(whitening_of(recording), recording.signals)),
@@ -172,7 +178,12 @@ def noises_of(recordings: Sequence[Measured]) -> list[float]:
 
 
 def ljung_box(centred: np.ndarray, lags: int) -> float:
-    """Return Q of a series with mean 0: n (n + 2) times the sum of r_k^2 / (n - k)."""
+    """Return Ljung and Box's Q of a series: n (n + 2) times the sum of r_k^2 / (n - k).
+
+    Args:
+        centred: series with mean 0, shape (n,).
+        lags: largest lag k of the autocorrelation r_k.
+    """
     count, square = len(centred), float(centred @ centred)
     if square == 0.0:
         return 0.0
@@ -181,7 +192,10 @@ def ljung_box(centred: np.ndarray, lags: int) -> float:
 
 
 def _cumulative(centred: np.ndarray) -> float:
-    """Return the p-value of the cumulative periodogram (Kolmogorov and Smirnov)."""
+    """Return the probability that white noise has a less straight cumulative periodogram.
+
+    The distribution of the largest distance from a straight line is that of Kolmogorov and Smirnov.
+    """
     power = np.abs(np.fft.rfft(centred))[1:-1] ** 2
     whole = float(power.sum())
     if whole == 0.0 or len(power) < 8:
@@ -193,13 +207,15 @@ def _cumulative(centred: np.ndarray) -> float:
 
 
 def total_z(results: Sequence[Whiteness]) -> float:
-    """Return the combined z of all recordings that can be tested; 0 if there are none."""
+    """Return the combined z of all recordings that can be tested, by Stouffer's method; else 0."""
     judged = [result.worst for result in results if result.judged]
     return sum(judged) / math.sqrt(len(judged)) if judged else 0.0
 
 
 def noise_of(signals: np.ndarray) -> float:
-    """Estimate the standard deviation of noise from the quiet end of the spectrum, over all axes.
+    """Estimate the standard deviation of white noise from the upper quarter of the spectrum.
+
+    The drive hardly vibrates at these frequencies. Return the r.m.s. over the axes.
 
     Args:
         signals: signals, shape (samples, axes), NaN for missing samples.
@@ -210,6 +226,7 @@ def noise_of(signals: np.ndarray) -> float:
         window = np.hanning(len(values))
         power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2 / (window @ window)
         upper = power[3 * len(power) // 4 : -1]
-        # The median of an exponential distribution is ln 2 times its mean.
+        # The median ignores lines of the spectrum. The power of noise is exponentially distributed,
+        # and its median is ln 2 times its mean.
         levels.append(float(np.median(upper)) / math.log(2.0))
     return math.sqrt(float(np.mean(levels)))

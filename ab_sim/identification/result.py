@@ -21,6 +21,7 @@ BOUND = "a value is at its bound"
 OPEN = "not identifiable"
 NO_BETTER = "no improvement on held-out data"
 INTERRUPTED = "interrupted"
+"""Verdicts of an identification."""
 
 
 class RecordingFit(NamedTuple):
@@ -28,13 +29,13 @@ class RecordingFit(NamedTuple):
 
     measured: Measured
     simulated: np.ndarray
-    """Simulated signals, same shape as the recorded ones."""
+    """Simulated signals [m or m/s^2], shape (samples, axes)."""
     held_out: bool
     """True if only the recording's own parameters were fitted."""
 
     @property
     def residuals(self) -> np.ndarray:
-        """Measured minus simulated signals, shape (samples, axes)."""
+        """Measured minus simulated signals [m or m/s^2], shape (samples, axes)."""
         differences: np.ndarray = self.measured.signals - self.simulated
         return differences
 
@@ -118,19 +119,25 @@ class Identification(Presented):
     reasons: tuple[str, ...]
     """Reasons of the verdict, a sentence each."""
     intervals: Intervals
+    """Estimates with their intervals and covariance."""
     knowledge: Knowledge
     """Identifiability before the fit."""
     whiteness: tuple[Whiteness, ...]
+    """Tests of the residuals of each fitted recording."""
     comparisons: tuple[RecordingFit, ...]
+    """Recordings with their fitted simulations; held-out recordings last."""
     tried: tuple[TriedEffect, ...]
     """Trials of effects that the scene may lack, the best first."""
     held_out: HeldOut | None
+    """Quality on held-out recordings; None if there are none."""
     proposals: tuple[Proposal, ...]
-    """Proposals, the best first."""
+    """Proposals for the next recording, the best first."""
     notes: tuple[str, ...]
+    """Remarks for the user, a sentence each."""
     runs: int
     """Number of simulated runs."""
     seed: int
+    """Seed of the random starts."""
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -155,7 +162,7 @@ class Identification(Presented):
             "scene": self.before.name,
             "verdict": self.verdict,
             "recordings": str(sum(not comparison.held_out for comparison in self.comparisons)),
-            "parameters": str(sum(not estimate.own for estimate in self.estimates)),
+            "parameters": str(sum(not estimate.per_recording for estimate in self.estimates)),
             "runs": str(self.runs),
         }
 
@@ -205,7 +212,9 @@ class Identification(Presented):
             *(f"# {text}" for text in (*self.reasons, *self.notes)),
             "# Intervals of 95 %:",
         ]
-        head += [f"#   {words_of(estimate)}" for estimate in self.estimates if not estimate.own]
+        head += [
+            f"#   {words_of(estimate)}" for estimate in self.estimates if not estimate.per_recording
+        ]
         return "\n".join(head) + "\n" + yaml_text(self.scene.as_mapping())
 
 
@@ -215,12 +224,12 @@ def shown_unit(unit: str) -> tuple[str, float]:
 
 
 def share_words(share: float) -> str:
-    """Return the relative half-width of an interval as text."""
+    """Return the relative half-width of an interval as text: ``2.5 %``, ``unknown`` if infinite."""
     return f"{100.0 * share:.2g} %" if np.isfinite(share) else "unknown"
 
 
 def words_of(estimate: Estimate) -> str:
-    """Return a number with its interval as text, or its status."""
+    """Return an estimate with its interval as text; with its origin if the interval is open."""
     unit = "" if estimate.unit == "1" else f" {estimate.unit}"
     value = f"{estimate.name} = {estimate.value:.6g}{unit}"
     if not np.isfinite(estimate.low) and not np.isfinite(estimate.high):

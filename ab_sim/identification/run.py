@@ -53,7 +53,9 @@ class Question(NamedTuple):
     fit: tuple[str, ...]
     """Keys of the scene to be fitted."""
     bounds: Dictionary[str, tuple[float, float]] = {}
+    """Bounds of some keys [SI]; default: a factor of 10 around the scene's value."""
     seed: int = 0
+    """Seed of the random starts."""
     hold_open: bool = True
     """True to fix parameters that the recordings do not determine."""
     propose: bool = True
@@ -99,6 +101,8 @@ def run_identification(
 
 
 class _Work:
+    """Single identification, from the problem to the result."""
+
     def __init__(
         self, scene: Scene, recordings: Sequence[Measured], question: Question,
         held_out: Sequence[Measured], tell: Progress,
@@ -121,6 +125,8 @@ class _Work:
         try:
             values = _within_a_turn(problem, staged.run().values)
             _check_doubts(problem, values)
+            # The noise estimated from spectra is rough. The residuals of the first fit give better
+            # weights of the recordings for the last fit, and its residuals those of the intervals.
             problem = problem.with_noise(self._spreads(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
             problem = problem.with_noise(self._spreads(problem, values))
@@ -163,7 +169,7 @@ class _Work:
                 unbounded = [
                     estimate.name
                     for estimate in intervals.estimates
-                    if not estimate.bounded and not estimate.own
+                    if not estimate.bounded and not estimate.per_recording
                 ]
                 if question.propose:
                     proposals = proposals_for(problem, values, free, unbounded, self._tell)
@@ -236,11 +242,12 @@ class _Work:
         self._tell("all recordings, final fit", 0, 1)
 
     def _spreads(self, problem: Problem, values: np.ndarray) -> list[float]:
-        """Return a robust standard deviation of each recording's residuals."""
+        """Return a robust standard deviation of each recording's residuals [m or m/s^2]."""
         parts = []
         for k, measured in enumerate(problem.recordings):
             residuals = problem.whitened_residuals(k, values)
-            # Limit the influence of outliers by a robust estimate.
+            # Outliers hardly change the median of the absolute residuals. For normal residuals it
+            # is 0.6745 standard deviations.
             spread = float(np.nanmedian(np.abs(residuals))) / 0.6745
             rms = float(np.sqrt(np.nanmean(residuals**2)))
             parts.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
@@ -262,7 +269,7 @@ def _check_doubts(problem: Problem, values: np.ndarray) -> None:
 
 
 def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
-    """Return values with start angles reduced to one revolution."""
+    """Return values with the recordings' angles reduced to -pi to pi."""
     turned = values.copy()
     for j, parameter in enumerate(problem.parameters):
         if parameter.is_own_angle:
@@ -271,7 +278,7 @@ def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
 
 
 def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Intervals:
-    """Return intervals in which undetermined fixed parameters are marked as such."""
+    """Return intervals with the origin ``OPEN`` for parameters fixed because they are open."""
     names = {problem.parameters[j].name for j in held}
     estimates = tuple(
         estimate._replace(how=NOT_KNOWN)
@@ -285,9 +292,13 @@ def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Inte
 def _validated(
     problem: Problem, values: np.ndarray, recordings: Sequence[Measured], search: SearchSettings
 ) -> tuple[HeldOut, list[RecordingFit]]:
-    """Evaluate a fit on other recordings; only their own parameters are fitted.
+    """Evaluate a fit on other recordings.
 
-    Return the quality of the fit, and the recordings that could be simulated.
+    Of these, only the recordings' own parameters are fitted: once with the common parameters of the
+    original scene, and once with the fitted ones in ``values``.
+
+    Returns:
+        Quality of the prediction, and the recordings that could be simulated with fitted values.
     """
     count = len(problem.common)
     noise = noises_of(recordings)
@@ -312,7 +323,7 @@ def _validated(
 
 
 def _share(comparisons: Sequence[RecordingFit]) -> float:
-    """Return the r.m.s. of residuals relative to that of the signals."""
+    """Return the r.m.s. of residuals relative to that of the signals, over all recordings."""
     parts = [
         np.nanmean(comparison.residuals**2) / comparison.measured.rms**2
         for comparison in comparisons

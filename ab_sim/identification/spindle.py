@@ -67,6 +67,8 @@ def angle_from_pulses(
             "there, or clean the column"
         )
     angles = 2.0 * math.pi / per_turn * np.arange(len(pulses))
+    # The fourth difference removes the spindle's motion from the pulse times. The median of its
+    # size is 0.6745 standard deviations.
     scatter = float(np.median(np.abs(np.diff(pulses, 4)))) / 6.0 / 0.6745 / SPREAD
     # A smooth change of speed also has fourth differences: limit the smoothing to half a sample.
     scatter = min(scatter, 0.5 * float(np.median(np.diff(time))))
@@ -79,7 +81,7 @@ def angle_from_pulses(
 
 
 def _pulse_times(time: np.ndarray, reading: np.ndarray) -> np.ndarray:
-    """Return times at which a reading rises through its middle, interpolated between samples."""
+    """Return the times [s] at which pulses rise through ``MIDDLE``, between samples."""
     low, high = float(reading.min()), float(reading.max())
     if low == high:
         return np.empty(0)
@@ -143,36 +145,47 @@ def schedule_from(
 
 
 def _spline(time: np.ndarray, values: np.ndarray, knots: np.ndarray, degree: int) -> BSpline:
+    """Return the least-squares spline through samples; ``knots`` include the ends once."""
     ends = [knots[0]] * degree, [knots[-1]] * degree
     return make_lsq_spline(time, values, np.concatenate([ends[0], knots, ends[1]]), degree)
 
 
 def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarray) -> np.ndarray:
-    """Return knots optimised for the spline, as intersections of noisy lines are inaccurate."""
+    """Return knots [s] that are optimised for a spline through speed [rad/s] or angle [rad].
+
+    The intersections of noisy lines, from which the knots start, are inaccurate.
+    """
     inner = knots[1:-1]
     if not 0 < len(inner) <= MOST_MOVED:
         return knots
     thin = max(1, len(time) // ENOUGH)
-    some, of = time[::thin], values[::thin]
-    between = float(some[1] - some[0])
+    times, samples = time[::thin], values[::thin]
+    between = float(times[1] - times[0])
+    # Knots keep their order, and at least ``FEWEST`` samples between them: without samples in a
+    # piece, the spline is not determined.
     reach = 0.45 * np.minimum(np.diff(knots)[:-1], np.diff(knots)[1:])
     reach = np.maximum(reach - FEWEST * between, 0.0)
 
-    def left(places: np.ndarray) -> np.ndarray:
+    def residuals(places: np.ndarray) -> np.ndarray:
         whole = np.concatenate([knots[:1], places, knots[-1:]])
-        refined: np.ndarray = _spline(some, of, whole, degree)(some) - of
-        return refined
+        differences: np.ndarray = _spline(times, samples, whole, degree)(times) - samples
+        return differences
 
     held = reach <= between
     low, high = inner - np.where(held, between, reach), inner + np.where(held, between, reach)
     best = least_squares(
-        left, inner, bounds=(low, high), x_scale=between, diff_step=[1e-3] * len(inner), max_nfev=40
+        residuals,
+        inner,
+        bounds=(low, high),
+        x_scale=between,
+        diff_step=[1e-3] * len(inner),
+        max_nfev=40,
     )
     return np.concatenate([knots[:1], best.x, knots[-1:]])
 
 
 def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Return the knots of the speed, ends included, and whether there is noise."""
+    """Return the knots of the speed [s], ends included, and whether the speed is noisy."""
     top = float(np.max(np.abs(speed)))
     # The second difference of white noise has six times its variance; that of a line is 0.
     bend = np.diff(speed, 2)
@@ -199,8 +212,13 @@ def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
 def _lines(
     time: np.ndarray, speed: np.ndarray, tolerance: float
 ) -> list[tuple[float, float, int, int]]:
-    """Return intercept and slope of the straight pieces, with their first and last sample."""
+    """Divide samples into the longest straight pieces within a tolerance [rad/s].
+
+    Return intercept and slope of each piece, and the indices of its first and last sample.
+    """
     lines, first = [], 0
+    # Double the length of a piece until the line misses a sample, then bisect. The effort is nearly
+    # proportional to the number of samples.
     while first < len(time):
         reach, far = min(first + FEWEST, len(time)), len(time)
         step = FEWEST
@@ -221,7 +239,10 @@ def _lines(
 
 
 def _line(time: np.ndarray, speed: np.ndarray, i: int, j: int) -> tuple[float, float, float]:
-    """Return the regression line through samples i to j - 1, and its largest error."""
+    """Return intercept and slope of the regression line through samples i to j - 1, and its error.
+
+    The error is the largest distance of a sample.
+    """
     t, w = time[i:j], speed[i:j]
     middle, mean = float(t.mean()), float(w.mean())
     square = float(((t - middle) ** 2).sum())

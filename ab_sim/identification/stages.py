@@ -25,6 +25,7 @@ from ab_sim.identification.information import deviations_of, sum_of_squares, tri
 from ab_sim.identification.problem import Problem
 
 Function = Callable[[np.ndarray], np.ndarray]
+"""Function from the scaled free parameters to the values of all parameters [SI]."""
 Seen = Callable[[np.ndarray, float], None]
 """Callback with values of all parameters [SI] and half the sum of squares."""
 STARTS = 24
@@ -50,7 +51,13 @@ HORIZONS_WITHOUT_BALLS = (0.3, 0.5, 0.7)
 AT_NOISE = 1.5
 """Mean square of the residuals, in units of noise, up to which a minimum is accepted."""
 AGREE = 1.01
-"""Ratio of sums of squares up to which two results are the same minimum."""
+"""Ratio of sums of squares up to which two results may be the same minimum."""
+SAME = 4.0 * (AGREE - 1.0)
+"""Largest sum of squares of the difference between two results' residuals, relative to theirs.
+
+Near a minimum the sum of squares rises by the square of the distance from its residuals. Results on
+opposite sides of a minimum, each at the limit ``AGREE``, are this far apart.
+"""
 SEARCH_STEPS, LAST_STEPS = 12, 60
 """Largest number of iterations of a search, and of the last fit."""
 SOFT = 4.0
@@ -154,7 +161,7 @@ class _Points:
         return np.append(np.zeros(len(scaled)), math.sqrt(sum_of_squares(self.residuals(scaled))))
 
     def short_jacobian(self, scaled: np.ndarray) -> np.ndarray:
-        """Return the derivatives of the short residual vector."""
+        """Return the derivatives of the short residual vector, with the same J^T J and gradient."""
         slopes, whole = self.jacobian(scaled), self.residuals(scaled)
         along = whole / max(math.sqrt(sum_of_squares(whole)), 1e-300)
         row = (along[:, None] * slopes).sum(axis=0)
@@ -162,6 +169,11 @@ class _Points:
         return np.vstack([rest, row])
 
     def _at(self, scaled: np.ndarray, both: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return the residuals at a point, and also the derivatives if ``both``; cached.
+
+        The minimiser evaluates the derivatives at the last or, after a rejected step, at the point
+        before it.
+        """
         key, values = scaled.tobytes(), self._whole(scaled)
         point = self._known.get(key)
         if point is None or (both and point[1] is None):
@@ -224,6 +236,7 @@ class StagedFit:
         return fit
 
     def _keep(self, values: np.ndarray, cost: float) -> None:
+        """Keep the best point, which is the result if the fit is interrupted."""
         if cost < self._least:
             self.best, self._least = values, cost
         self._tell("all recordings", 0, 1)
@@ -250,6 +263,8 @@ class StagedFit:
             tried = [start, *self._drawn(part, start, drawn, SCAN, DRAW * draw)]
             costs = [part.cost(values) for values in tried]
             order = np.argsort(costs, kind="stable")[:4]
+            # The scene's own values are fitted in any case: they may be close to a deep but narrow
+            # minimum.
             chosen = [0, *(k for k in order if k != 0)] if draw == 0 else list(order)
             for done, k in enumerate(chosen):
                 self._tell("recordings without balls", done, len(chosen))
@@ -262,7 +277,7 @@ class StagedFit:
                     whole.runs += shorter.runs
                 ends.append(minimise(part, begin, felt, SEARCH_STEPS * 3))
             bests.append(min(ends, key=lambda end: end.cost))
-            if _settled(part, bests):
+            if _is_settled(part, bests):
                 break
         else:
             self.disagreements.append("recordings without balls")
@@ -274,7 +289,12 @@ class StagedFit:
         return {places[j] for j, good in zip(felt, settled, strict=True) if good}
 
     def _with_balls(self, number: int, settled: set[int]) -> None:
-        """Search a recording's start angles, and the parameters of balls that are not settled."""
+        """Search a recording's start angles and the parameters that are not yet settled.
+
+        Args:
+            number: index of the recording.
+            settled: indices of the parameters that stay fixed.
+        """
         whole = self.problem
         alone = whole.part([number])
         places = _places(whole, alone)
@@ -300,14 +320,20 @@ class StagedFit:
                     self.best[places] = tried[0]
             bests.append(fits[0])
             self.best[places] = min(bests, key=lambda fit: fit.cost).values
-            if _settled(part, bests):
+            before = part.runs
+            is_settled = _is_settled(part, bests)
+            whole.runs += part.runs - before
+            if is_settled:
                 return
         self.disagreements.append(part.recordings[0].name)
 
     def _drawn(
         self, part: Problem, start: np.ndarray, free: Sequence[int], count: int, stream: int
     ) -> list[np.ndarray]:
-        """Return starts from a Latin hypercube over the free parameters."""
+        """Return ``count`` starts from a Latin hypercube over the free parameters.
+
+        Other parameters have their values of ``start``. ``stream`` selects the random numbers.
+        """
         if not free:
             return [start.copy()] * count
         shares = qmc.LatinHypercube(len(free), rng=np.random.default_rng([self._seed, stream]))
@@ -320,13 +346,26 @@ class StagedFit:
         return starts
 
 
-def _settled(part: Problem, bests: Sequence[Fitted]) -> bool:
+def _is_settled(part: Problem, bests: Sequence[Fitted]) -> bool:
     """Return whether the best minimum is at noise level, or was found by two draws."""
-    costs = sorted(fit.cost for fit in bests)
+    best, *others = sorted(bests, key=lambda fit: fit.cost)
     numbers = sum(measured.count for measured in part.recordings)
-    if costs[0] <= AT_NOISE * 0.5 * numbers:
+    if best.cost <= AT_NOISE * 0.5 * numbers:
         return True
-    return len(costs) > 1 and costs[1] <= AGREE * costs[0]
+    return any(
+        other.cost <= AGREE * best.cost and _is_same_minimum(part, best, other) for other in others
+    )
+
+
+def _is_same_minimum(part: Problem, one: Fitted, other: Fitted) -> bool:
+    """Return whether two results of nearly equal cost also have nearly equal residuals.
+
+    Far above the noise, different minima may have equal costs by chance. Values are not compared:
+    at the same minimum, equal balls may be exchanged, and open directions are arbitrary.
+    """
+    residuals = part.residuals(one.values)
+    difference = part.residuals(other.values) - residuals
+    return sum_of_squares(difference) <= SAME * sum_of_squares(residuals)
 
 
 def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[Fitted, int]:
@@ -337,7 +376,11 @@ def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[F
 
 
 def _between(part: Problem, j: int, now: float, share: float) -> float:
-    """Return a start of a parameter at a fraction of its search range."""
+    """Return the value [SI] of parameter ``j`` at a fraction of its search range around ``now``.
+
+    Angles of a recording range over a revolution, positive values over a factor on a logarithmic
+    scale, both limited by the bounds. Other parameters of a recording stay.
+    """
     parameter = part.parameters[j]
     if parameter.is_own_angle:
         return now + 2.0 * math.pi * share
@@ -357,7 +400,10 @@ def _places(whole: Problem, part: Problem) -> list[int]:
 
 
 def _distinct(fits: Sequence[Fitted]) -> list[Fitted]:
-    """Return results in rising order of cost, without those of equal cost."""
+    """Return results, in rising order of cost, without repeated ones.
+
+    Repeated results are recognised by their cost, as angles are periodic and balls exchangeable.
+    """
     kept: list[Fitted] = []
     for fit in fits:
         if all(abs(fit.cost - other.cost) > 1e-6 * max(other.cost, 1e-12) for other in kept):

@@ -24,6 +24,7 @@ from ab_sim.record.recording import StoredRun, open_recording
 MOST_ROWS = 1_000_000
 """Largest number of rows; an identification takes about 2.3 kB of memory per row."""
 MOST_COLUMNS = 1000
+"""Largest number of columns of a Parquet file."""
 UTF_8, LATIN_1 = "utf-8", "latin-1"
 MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -35,7 +36,9 @@ MARKS = (
 FIRST_BYTES = 1 << 16
 """Number of bytes in which the first line of a text is sought."""
 _HEAD = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
+"""Title of a column with its unit in brackets: ``x [mm]``."""
 FAULTS = "faults"
+"""Source of a recording's events about faults of the drive."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +154,7 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
 
 
 def _check_rows(path: Path, rows: int) -> None:
+    """Refuse a table without rows, or with more than ``MOST_ROWS``."""
     if not 0 < rows <= MOST_ROWS:
         raise InputError(
             f"{path}: has {rows} rows; must be 1 to {MOST_ROWS}; cut the recording, or keep every "
@@ -235,6 +239,7 @@ def _csv_fault(path: Path, encoding: str) -> str:
 
 
 def _is_number(text: str | bytes) -> bool:
+    """Return whether a text, or bytes from a column, can be read as a number."""
     try:
         number_in(text) if isinstance(text, str) else float(text)
     except ValueError:
@@ -243,6 +248,7 @@ def _is_number(text: str | bytes) -> bool:
 
 
 def _of_arrow(read: pa.Table, name: str, notes: tuple[str, ...] = ()) -> Table:
+    """Return a table with units from titles, ``x [mm]``, or else from the columns' metadata."""
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str | None] = {}
     for field, column in zip(read.schema, read.columns, strict=True):
@@ -272,6 +278,7 @@ def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:
 
 
 def _of_recording(run: StoredRun, name: str) -> Table:
+    """Return a recording's samples; missing steps and the first time of each fault become notes."""
     extent = run.extent
     if not extent.rows:
         raise InputError(f"{run.path}: the recording is empty: it has no samples")
@@ -290,6 +297,7 @@ def _of_recording(run: StoredRun, name: str) -> Table:
 
 
 def _of_bag(path: Path, rows_of: str | None) -> Table:
+    """Convert a ROS bag of a single run to a temporary recording, and return that as a table."""
     with tempfile.TemporaryDirectory(prefix="ab_sim_") as folder:
         import_result = import_bag(path, Path(folder) / "bag.rrd", rows_of=rows_of)
         if len(import_result.files) > 1:

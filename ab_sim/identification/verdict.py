@@ -25,7 +25,7 @@ EXPLAINS, NAMED = 0.7, 0.01
 """Fractions of z that an effect must remove to explain the residuals, and to be named."""
 ABOVE_NOISE, OF_SIGNALS = 2.0, 0.02
 """Residuals relative to noise and to signals above which the scene does not fit."""
-ASKED = {
+QUESTIONS = {
     GAIN: "are the signals' unit and the sensor's gain right?",
     BIAS: "has the sensor an offset?",
     DELAY: "is the sensor late?",
@@ -108,7 +108,11 @@ def verdict_of(
     """
     reasons: list[str] = []
     verdict, held_out = FITS, result.held_out
-    at_bound = [one.name for one in result.estimates if one.at_bound and not one.own]
+    at_bound = [
+        estimate.name
+        for estimate in result.estimates
+        if estimate.at_bound and not estimate.per_recording
+    ]
     for direction in result.knowledge.open:
         verdict = OPEN
         reasons.append(f"{direction.words}; {direction.advice}; held: {direction.held}")
@@ -123,9 +127,9 @@ def verdict_of(
             verdict = NO_BETTER
     if at_bound:
         verdict = BOUND
-    for one in result.whiteness:
-        reasons += _noise_words(one)
-    if not all(result.white for result in result.whiteness):
+    for whiteness in result.whiteness:
+        reasons += _noise_words(whiteness)
+    if not all(whiteness.white for whiteness in result.whiteness):
         off = [misfit for misfit in misfits if misfit.off]
         verdict = OFF if off or at_bound else MISSING
         reasons += [
@@ -156,21 +160,23 @@ def verdict_of(
     return verdict, reasons
 
 
-def _noise_words(one: Whiteness) -> list[str]:
-    if not one.judged:
+def _noise_words(test: Whiteness) -> list[str]:
+    """Return sentences on the test of a recording's residuals."""
+    name = test.recording
+    if not test.judged:
         return [
-            f"{one.recording}: too little noise for a test: the residuals are {one.share:.2g} of "
-            "the signals"
+            f"{name}: too little noise for a test: the residuals are {test.share:.2g} of the "
+            "signals"
         ]
-    if one.white:
+    if test.white:
         return [
-            f"{one.recording}: the residuals are noise: Ljung-Box z = {one.z:.1f}, "
-            f"{100 * one.share:.3g} % of the signals"
+            f"{name}: the residuals are noise: Ljung-Box z = {test.z:.1f}, "
+            f"{100 * test.share:.3g} % of the signals"
         ]
-    which = "Ljung-Box z" if one.z >= one.turning_z else "they turn with the spindle, z"
+    which = "Ljung-Box z" if test.z >= test.turning_z else "they turn with the spindle, z"
     return [
-        f"{one.recording}: the residuals are not noise: {which} = {one.worst:.1f}, more than 4",
-        *(f"{one.recording}: {sign}" for sign in one.signs),
+        f"{name}: the residuals are not noise: {which} = {test.worst:.1f}, more than 4",
+        *(f"{name}: {sign}" for sign in test.signs),
     ]
 
 
@@ -195,15 +201,15 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
         values_text = ", ".join(f"{name} = {value:.4g}" for name, value in best.values.items())
         return [
             f"{names} would explain the residuals: with {values_text} z = {best.z:.1f}: "
-            + ASKED[best.nuisance]
+            + QUESTIONS[best.nuisance]
             + (f" to fit it: --free {best.nuisance}" if best.nuisance in NUISANCES else "")
         ]
     sets = " ".join(f"--set {key}={value:.4g}" for key, value in best.values.items())
     keys = ",".join([*fit, *best.values])
     # Unequal springs replace the equal ones, which ``--set`` cannot remove.
-    beside = best.name != UNEQUAL
+    can_be_added = best.name != UNEQUAL
     return [
         f"{names} would explain the residuals: with it z = {best.z:.1f}, and the sum of squares "
         f"falls by {best.drop:.4g} noise variances",
-        *([f"to fit it: {sets} --fit {keys}"] if beside and best.values else []),
+        *([f"to fit it: {sets} --fit {keys}"] if can_be_added and best.values else []),
     ]

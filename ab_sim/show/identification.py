@@ -243,7 +243,9 @@ def _shares(identification: Identification) -> list[tuple[str, float, float]]:
     return [
         (estimate.name, estimate.low / estimate.value - 1.0, estimate.high / estimate.value - 1.0)
         for estimate in identification.estimates
-        if not estimate.own and estimate.value and np.isfinite([estimate.low, estimate.high]).all()
+        if not estimate.per_recording
+        and estimate.value
+        and np.isfinite([estimate.low, estimate.high]).all()
     ]
 
 

@@ -124,8 +124,8 @@ def covariance(path: Path, values: list[list[float]]) -> Path:
     """As an identification writes it."""
     names = ["balls.mass", "rotor.eccentricity"]
     report = {
-        "parameters": [{"name": name, "own": False} for name in names]
-        + [{"name": "gain of run", "own": True}],
+        "parameters": [{"name": name, "per_recording": False} for name in names]
+        + [{"name": "gain of run", "per_recording": True}],
         "covariance": {"parameters": [*names, "gain of run"], "values": values},
     }
     path.write_text(json.dumps(report))

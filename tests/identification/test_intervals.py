@@ -69,7 +69,11 @@ def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
     fit = minimise(own, np.array([5.5e-4, 0.7, -2.0]), [0, 1, 2], 30, last=True)
     found = intervals_of(own, fit.values, [0, 1, 2], quiet)
     angle = found.estimates[1]
-    assert angle.own and angle.how == PROFILE and angle.name in [p.name for p in found.profiles]
+    assert (
+        angle.per_recording
+        and angle.how == PROFILE
+        and angle.name in [p.name for p in found.profiles]
+    )
     assert angle.value - angle.low > 1.2 * (angle.high - angle.value)
     for end in (angle.low, angle.high):
         values = fit.values.copy()

@@ -116,4 +116,14 @@ def test_two_draws_agree_within_one_percent_or_one_reaches_the_noise() -> None:
         ((9.0, 9.08), True), ((9.0, 20.0, 9.08), True), ((9.0, 9.2), False),
     ):  # fmt: skip
         bests = [stages.Fitted(part.start, cost * noise) for cost in costs]
-        assert stages._settled(part, bests) is settled
+        assert stages._is_settled(part, bests) is settled
+
+
+def test_two_draws_of_equal_cost_agree_only_if_their_signals_do() -> None:
+    part = Problem(drives.scene(), (), [drives.measured(drives.scene())], (1e-9,))
+    for angles, settled in (
+        ((0.7, -2.0), True), ((-2.0, 0.7), True), ((0.72, -2.0), False), ((2.5, 1.0), False),
+    ):  # fmt: skip
+        values = [np.array([0.7, -2.0]), np.array(angles)]
+        bests = [stages.Fitted(starts, part.cost(values[0])) for starts in values]
+        assert stages._is_settled(part, bests) is settled

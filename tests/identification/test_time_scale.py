@@ -9,7 +9,7 @@ from ab_sim.identification.files import measured_of
 from ab_sim.identification.mapping import mapping_of
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.missing import scaled
-from ab_sim.identification.parameters import own_parameters
+from ab_sim.identification.parameters import recording_parameters
 from ab_sim.identification.run import Question, run_identification
 from tests.identification import drives
 
@@ -59,7 +59,7 @@ def test_the_start_across_a_single_signal_is_not_fitted(
     measured = recording(
         tmp_path, signals=signals, time={"column": "t", "unit": "s"}, at_rest=False
     )
-    names = {each.name for each in own_parameters(drives.scene(), measured, 0)}
+    names = {each.name for each in recording_parameters(drives.scene(), measured, 0)}
     wanted = {f"start {what}{axis} of bench" for what in ("", "v") for axis in seen}
     assert {name for name in names if name.startswith("start ")} == wanted
     said = [note for note in measured.notes if "the deck's start across it is not known" in note]
