@@ -39,6 +39,7 @@ By name in ``BallConstants``: name in C, column of ``System.balls``, unit, meani
 NOT_NEGATIVE = ("kg", "N/m", "N s/m")
 """Units of quantities that must not be negative: masses, springs and dampers."""
 RADII = ("ball_radius", "race_radius")
+"""Names of radii in C, which must not be negative either."""
 
 
 class DriveParameter(NamedTuple):
@@ -112,6 +113,7 @@ def start_of_balls(scene: Scene) -> DriveParameter:
 
 
 def _of_deck(about: str, name: str, value: Any, inputs: tuple[str, ...]) -> DriveParameter:
+    """Return a parameter of the deck, with unit and meaning from its docstring ``about``."""
     values, unit = np.asarray(value, float), re.search(r"\[([^]]+)\]", about)
     if name == "mounts":
         meaning = (
@@ -160,7 +162,7 @@ CHANNELS = {
     "w": "angular velocity of the deck on deck axes",
     "": "motion of the deck on axes fixed in space",
 }
-"""Meanings of a deck's channels, by the first part that their names contain."""
+"""Meanings of a deck's channels, by a part of their names; the first match counts."""
 
 
 def indented(lines: Iterable[str]) -> str:
@@ -223,6 +225,7 @@ class Output(NamedTuple):
     unit: str
     meaning: str
     shape: tuple[str, ...] = ()
+    """Names in C of the sizes of an array's axes; empty for a single number."""
 
 
 OF_BALLS, OF_SENSORS = ("DRIVE_BALLS",), ("DRIVE_SENSORS", "DRIVE_AXES")

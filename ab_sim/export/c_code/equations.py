@@ -57,13 +57,13 @@ def equations_of(
         sensors: sensors of the scene.
     """
     emitted = [_Kind(system, kind, _places(parameters), channels) for kind in kinds]
-    felt = _felt(system, channels, sensors, _places(parameters)) if sensors else _NOTHING
-    used = frozenset(felt.used.union(*(kind.used for kind in emitted)))
+    forces = _forces(system, channels, sensors, _places(parameters)) if sensors else _NOTHING
+    used = frozenset(forces.used.union(*(kind.used for kind in emitted)))
     columns = tuple(name for name in COLUMNS if name in used and name not in GIVEN)
     derived = _of_balls(system, columns) if columns else _NOTHING
     parts = [derived.text, *(kind.text() for kind in emitted), _dispatch(kinds, bool(columns))]
     return Equations(
-        "\n".join(part for part in [*parts, felt.text] if part),
+        "\n".join(part for part in [*parts, forces.text] if part),
         used | derived.used,
         max(kind.numbers for kind in emitted),
         max(kind.columns for kind in emitted),
@@ -72,8 +72,11 @@ def equations_of(
 
 
 class _Part(NamedTuple):
+    """Functions in C."""
+
     text: str
     used: frozenset[str]
+    """Inputs of the model that they read."""
 
 
 _NOTHING = _Part("", frozenset())
@@ -85,7 +88,7 @@ def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
 
 
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
-    """Return the C text for each input of the model, by name."""
+    """Return C expressions that read the model's constants, by the names of its inputs."""
     places = {name: f"b->{name}[i]" for name in COLUMNS}
     for parameter in parameters:
         if parameter.is_of_balls:
@@ -97,7 +100,11 @@ def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
 
 
 class _Kind:
-    """C functions for segments of one kind."""
+    """C functions of the model for segments of one kind.
+
+    Values that depend on parameters only are computed once per change of a parameter (``derive``).
+    They are numbered here, balls' values apart, and read by ``slope`` and ``finish``.
+    """
 
     def __init__(
         self, system: System, kind: type[Any], places: dict[str, str], channels: Sequence[str]
@@ -165,6 +172,7 @@ class _Kind:
     def _function(
         self, name: str, arguments: str, stores: Sequence[Store], given_names: Mapping[int, str]
     ) -> str:
+        """Return a function of this kind; ``given_names``: C text of known values, by number."""
         lines = c_statements(stores, self._inputs, given_names)
         first, n = self._model.states, self._model.count
         return function(f"static void {name}_{self._name}", arguments, lines, (first, first + n))
@@ -267,14 +275,14 @@ def _of_segments(kind: type[Any]) -> str:
     inputs = {name: f"s->{name}" for name in kind._fields} | {"time": "time"}
     for what in ("speed", "angle"):
         roots = without_cosines([getattr(segment, what)(time)])
-        lines = c_statements([Store(roots[0], "const double found")], inputs)
+        lines = c_statements([Store(roots[0], "const double value")], inputs)
         head = f"static double {what}_{KINDS[kind]}"
         arguments = "const struct drive_segment *s, double time"
-        functions.append(function(head, arguments, [*lines, "return found;"], (0, 0)))
+        functions.append(function(head, arguments, [*lines, "return value;"], (0, 0)))
     return "\n".join(functions)
 
 
-def _felt(
+def _forces(
     system: System,
     channels: Sequence[str],
     sensors: Mapping[str, Accelerometer],
@@ -298,7 +306,11 @@ def _felt(
 
 
 def step_of(tableau: Tableau) -> str:
-    """Return the C function for a step of an explicit Runge-Kutta method."""
+    """Return the C function for a step of an explicit Runge-Kutta method.
+
+    The order of the sums and their fused operations are those of the machine code, so that states
+    agree to the bit.
+    """
     a, b, c = tableau
     stages = len(b)
     lines = [f"double k[{stages - 1}][STATES]; /* slopes of the stages after the first */"]

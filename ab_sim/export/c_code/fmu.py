@@ -40,6 +40,7 @@ class Variable(NamedTuple):
     place: str
     """Member of ``struct fmu_state`` in C."""
     settable: int
+    """Time at which it may be set: ``NEVER``, ``EARLY`` or ``ALWAYS``."""
     attributes: dict[str, str]
     """Attributes of its element in the model description."""
     unit: str = ""
@@ -48,10 +49,11 @@ class Variable(NamedTuple):
 
 def variables_of(sources: DriveSources) -> list[Variable]:
     """Return all variables of an FMU, in the order of their value references."""
-    return [*_given(sources), *_seen(sources)]
+    return [*_inputs(sources), *_outputs(sources)]
 
 
-def _given(sources: DriveSources) -> Iterator[Variable]:
+def _inputs(sources: DriveSources) -> Iterator[Variable]:
+    """Yield time, command, limit of acceleration, choice of the profile, and all parameters."""
     scene = sources.scene
     top, steepest = scene.spindle.max_speed, scene.spindle.max_acceleration
     independent = {"causality": "independent", "variability": "continuous"}
@@ -95,7 +97,8 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
             yield Variable(place, f"drive.p.{place}", when, kind | about | bound, unit)
 
 
-def _seen(sources: DriveSources) -> Iterator[Variable]:
+def _outputs(sources: DriveSources) -> Iterator[Variable]:
+    """Yield a variable for each number of ``struct drive_outputs``, whirl and tilt."""
     scene, channels = sources.scene, sources.channels
 
     def variable(name: str, place: str, unit: str, about: str) -> Variable:
@@ -125,7 +128,14 @@ def _seen(sources: DriveSources) -> Iterator[Variable]:
 def model_description(
     scene: Scene, variables: Sequence[Variable], identifier: str, token: str
 ) -> bytes:
-    """Return ``modelDescription.xml``."""
+    """Return the content of ``modelDescription.xml``.
+
+    Args:
+        scene: scene of the drive.
+        variables: variables in the order of their value references.
+        identifier: name of the model, a C identifier.
+        token: instantiation token, which the binary compares with its own.
+    """
     root = Xml.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -162,15 +172,15 @@ def model_description(
         Xml.SubElement(listed, variable.kind, first | variable.attributes | unit)
         if variable.attributes["causality"] == "output":
             outputs.append(str(reference))
-    for each_output in outputs:  # no dependencies: an input acts from the next step on
-        Xml.SubElement(structure, "Output", valueReference=each_output, dependencies="")
-    for each_output in outputs:
-        Xml.SubElement(structure, "InitialUnknown", valueReference=each_output)
+    for output in outputs:  # no dependencies: an input acts from the next step on
+        Xml.SubElement(structure, "Output", valueReference=output, dependencies="")
+    for output in outputs:
+        Xml.SubElement(structure, "InitialUnknown", valueReference=output)
     return _text(root)
 
 
 def build_description(identifier: str, files: Sequence[str]) -> bytes:
-    """Return ``sources/buildDescription.xml``."""
+    """Return the content of ``sources/buildDescription.xml``, which lists the C files."""
     root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     built = Xml.SubElement(configuration, "SourceFileSet", language="C99")
@@ -180,6 +190,7 @@ def build_description(identifier: str, files: Sequence[str]) -> bytes:
 
 
 def _units(root: Xml.Element, variables: Sequence[Variable]) -> None:
+    """Add the definitions of all units to a model description."""
     defined = Xml.SubElement(root, "UnitDefinitions")
     for unit in sorted({variable.unit for variable in variables if variable.unit}):
         unit_element, exponents = Xml.SubElement(defined, "Unit", name=unit), base_units(unit)
@@ -203,6 +214,7 @@ def base_units(unit: str) -> dict[str, int] | None:
 
 
 def _text(root: Xml.Element) -> bytes:
+    """Return an XML document as indented UTF-8 text."""
     Xml.indent(root)
     return bytes(Xml.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
 
@@ -308,6 +320,7 @@ def platform_tuple() -> str:
 
 
 def _rows(variables: list[Variable]) -> Iterator[str]:
+    """Yield the rows of the table of variables in ``fmu.c``."""
     for reference, variable in enumerate(variables):
         values = f"{reference}, {variable.settable}, AT({variable.place}), {_least(variable)}"
         yield f"    {{{values}}}, /* {variable.name} */\n"

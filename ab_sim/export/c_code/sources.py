@@ -79,6 +79,8 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
 
 
 class _Refusal(NamedTuple):
+    """Property of a scene that C does not support."""
+
     why: str
     """Reason of the refusal with a remedy."""
     options: str
@@ -117,6 +119,7 @@ def _refusals(scene: Scene) -> Iterator[_Refusal]:
 
 
 def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
+    """Refuse a method that is not explicit; the message names a step at which rk8 is stable."""
     if isinstance(choice.stepper.weights, Tableau):
         return
     usual = stepper_named("rk8")
@@ -205,6 +208,7 @@ def sources_of(scene: Scene) -> DriveSources:
 
 
 def _flags(drive: _Content) -> dict[str, bool]:
+    """Return the flags of the templates, which select their optional lines."""
     equations = drive.equations
     return {
         "balls": len(drive.system.balls) > 0,
@@ -235,10 +239,12 @@ def _values(drive: _Content) -> dict[str, str]:
 
 
 def _in_readme(scene: Scene, values: Mapping[str, str]) -> dict[str, str]:
+    """Return the values that README.md escapes differently."""
     return {"MADE_BY": in_html(values["MADE_BY"]), "SCENE": in_markdown(scene.name)}
 
 
 def _in_header(drive: _Content) -> dict[str, str]:
+    """Return the values of drive.h."""
     scene, equations, layout = drive.scene, drive.equations, layout_of(drive.system)
     segment_fields = dict.fromkeys(name for kind in drive.kinds for name in kind._fields)
     names = [f"DRIVE_SENSOR_{name.upper()}" for name in scene.sensors]
@@ -267,6 +273,7 @@ def _in_header(drive: _Content) -> dict[str, str]:
 
 
 def _in_source(drive: _Content) -> dict[str, str]:
+    """Return the values of drive.c."""
     scene, system, text = drive.scene, drive.system, drive.equations.text
     deck, layout, stepper = type(system.deck_model), layout_of(system), drive.choice.stepper
     n, step = len(system.balls), scene.solver.step
@@ -292,6 +299,7 @@ def _in_source(drive: _Content) -> dict[str, str]:
 
 
 def _rows(numbers: np.ndarray, names: Sequence[str]) -> str:
+    """Return the rows of a C array, one number with its name per row."""
     return indented(
         f"{c_literal(float(x))}, /* {name} */" for x, name in zip(numbers, names, strict=True)
     )
@@ -303,6 +311,7 @@ def _title(scene: Scene) -> str:
 
 
 def _about(scene: Scene, choice: Choice) -> list[str]:
+    """Return the paragraphs of the header's comment on scene, stepper and sensors."""
     lines = [scene.description] if scene.description else []
     lines += [f"Source: {scene.source}"] if scene.source else []
     lines.append(f"Stepper: {choice.stepper.name}, {choice.reason}.")
@@ -312,6 +321,7 @@ def _about(scene: Scene, choice: Choice) -> list[str]:
 
 
 def _effects(scene: Scene) -> str:
+    """Return a comment with equation and source of each effect."""
     about = (
         f"{name}: {effect.equation} ({effect.source})" for name, effect in scene.effects.items()
     )

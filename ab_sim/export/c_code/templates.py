@@ -9,6 +9,7 @@ from textwrap import wrap
 from ab_sim.base.errors import visible
 
 TEMPLATES = files("ab_sim.export.c_code") / "template_files"
+"""Folder of the templates."""
 WIDTH = 96
 """Width of lines of comments."""
 

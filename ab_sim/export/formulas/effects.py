@@ -144,8 +144,9 @@ class Formula(NamedTuple):
 
     method: str
     meaning: str
-    """Meaning from ``methods``; empty for a method that is not listed there."""
+    """Meaning from ``METHODS``; empty for a method that is not listed there."""
     lines: Lines
+    """Printed equations, and definitions of the quantities in them."""
     parameters: dict[str, str]
     """Parameters of the effect by their symbols in the lines, if symbol and name differ."""
     trouble: str = ""
@@ -156,13 +157,15 @@ class TracedMethod(NamedTuple):
     """Result of a method that was run on expressions."""
 
     equations: list[Equation]
+    """One equation per result of the method."""
     quantities: list[Named]
+    """Local variables of the method, which may be named in the lines."""
     fields: dict[str, str]
     """Symbols of the effect's fields, by the fields' names."""
 
 
 def formulas_of(effect: type[Any]) -> list[Formula]:
-    """Return all formulas of a class of effects, first those of ``methods`` in its order."""
+    """Return all formulas of a class of effects: those in ``METHODS`` in its order, then others."""
     formulas = [name for name in dir(effect) if _is_formula(effect, name)]
     order = [
         *(name for name in METHODS if name in formulas),
@@ -172,6 +175,7 @@ def formulas_of(effect: type[Any]) -> list[Formula]:
 
 
 def _formula(effect: type[Any], name: str) -> Formula:
+    """Return the formula of a method; without lines if the method cannot be traced."""
     meaning = METHODS[name].meaning if name in METHODS else ""
     try:
         traced = traced_method(effect, name)
@@ -189,7 +193,7 @@ def _formula(effect: type[Any], name: str) -> Formula:
 
 
 def traced_method(effect: type[Any], name: str) -> TracedMethod:
-    """Run a method of a class of effects on expressions."""
+    """Run the method ``name`` of a class of effects on expressions, with symbols as arguments."""
     graph = Graph()
     x = Symbols(graph)
     method = METHODS[name] if name in METHODS else _unknown(effect, name)
@@ -243,7 +247,7 @@ def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
 
 
 def _unknown(effect: type[Any], name: str) -> EffectMethod:
-    """Describe a method that is not in ``methods`` by the names of its arguments."""
+    """Describe a method that is not in ``METHODS`` by the names of its arguments."""
     names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
     bodies: dict[str, Any] = {"deck": DeckMotion, "ball": Ball}
 

@@ -87,6 +87,7 @@ class Lines(NamedTuple):
 
     equations: list[Line]
     quantities: list[Line]
+    """Definitions, in the order of computation."""
 
 
 def lines_of(
@@ -131,7 +132,11 @@ def lines_of(
 def _symbols(
     equations: Sequence[Equation], locals_: Iterable[Named], known_symbols: dict[str, str]
 ) -> dict[int, str]:
-    """Return an unused symbol for each node that can be named."""
+    """Return symbols of the nodes that can be named, by their numbers.
+
+    A symbol that the equations already use, or a whole right side, names nothing, unless the symbol
+    is in ``known_symbols``.
+    """
     taken = {node.payload for node in _nodes(equations) if node.op == "input"}
     whole = {equation.right.number for equation in equations}
     symbols: dict[int, str] = {}
@@ -156,6 +161,7 @@ def _can_go(
 
 
 def _short(equations: Sequence[Equation], symbols: Mapping[int, str]) -> bool:
+    """Return whether all equations and definitions fit in ``WIDTH`` characters."""
     nodes = {node.number: node for node in _nodes(equations)}
     whole = [_line(equation.left, equation.right, symbols) for equation in equations]
     parts = [_line(None, nodes[n], symbols) for n in symbols if n in nodes]
@@ -179,10 +185,12 @@ def _uses(equations: Sequence[Equation], symbols: Mapping[int, str]) -> Counter[
 
 
 def _nodes(equations: Sequence[Equation]) -> list[Expression]:
+    """Return all nodes of the expressions on both sides."""
     return reachable_nodes(side for equation in equations for side in equation)
 
 
 def _line(left_side: Expression | None, right: Expression, symbols: Mapping[int, str]) -> Line:
+    """Return an equation; without a left side, the definition of a named quantity."""
     text = Printer(PlainText(), named=symbols)
     latex = Printer(Latex(), in_latex, {n: in_latex(symbol) for n, symbol in symbols.items()})
     sides = []

@@ -39,6 +39,7 @@ def typeset(lines: Lines) -> Iterator[str]:
 
 
 def _planar() -> Iterator[str]:
+    """Yield the lines of the part on a deck in the plane."""
     for title, lines in planar_sections():
         yield f"{title[0].upper()}{title[1:]}:"
         yield ""
@@ -46,6 +47,7 @@ def _planar() -> Iterator[str]:
 
 
 def _effects() -> Iterator[str]:
+    """Yield the lines of the part on effects: a heading, symbols and formulas of each."""
     for name, effect in effect_classes().items():
         formulas = formulas_of(effect)
         symbols = {}
@@ -68,6 +70,7 @@ def _aligned(lines: Sequence[Line]) -> Iterator[str]:
 
 
 def _rows(latex: str, wide: bool) -> list[str]:
+    """Return the rows of an aligned equation: its two sides on two rows if ``wide``."""
     left_side, sign, right = latex.partition(" = ")
     if not sign:
         return [f"& {left_side}"] if wide else [left_side]
