@@ -101,7 +101,7 @@ def _table_command(options: ExportOptions, part: formats.Part) -> Command:
 
     def work(tell: Progress) -> Outcome:
         run = open_recording(recording)
-        whole = replace(part, hangs=_hangs(run))
+        whole = replace(part, rest=_hangs(run))
         channels, total = len(whole.names(run)), run.extent.rows
         rows = formats.export(run, wanted, whole, lambda read: tell("samples", read, total))
         for remark in run.remarks:

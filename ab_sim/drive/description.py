@@ -26,7 +26,7 @@ def explain(scene: Scene) -> dict[str, Any]:
         - ``motion``: expected size of the deck's motion [m], for the scale of a drawing.
         - ``unbalance``, ``moments``: M0 e and m_i R [kg m].
         - ``balance``: fields of `Balance`, or ``left_out`` with the reason for none.
-        - ``alone``: fields of `RotorWithoutBalls`, or ``left_out`` with the reason for none.
+        - ``without_balls``: fields of `RotorWithoutBalls`, or ``left_out`` with the reason.
         - ``driven``: fields of `DrivenBalls`.
         - ``critical_speed``, ``top_speed``: that of the suspension and of the profile [rad/s].
         - ``variable_speed_period``: ``start_speed``, ``end_speed`` [rad/s], ``acceleration`` during
@@ -37,7 +37,7 @@ def explain(scene: Scene) -> dict[str, Any]:
         "unbalance": _unbalance(scene),
         "moments": [mass * scene.race.radius for mass in scene.balls.masses],
         "balance": _balance(scene),
-        "alone": _alone(scene),
+        "without_balls": _without_balls(scene),
         "driven": _listed(DrivenBalls.of(scene)) if scene.balls.count else None,
         "critical_speed": scene.critical_speed if scene.deck is None else None,
         "top_speed": top_speed_of(scene) if scene.profile else scene.spindle.max_speed,
@@ -70,11 +70,11 @@ def _peak(scene: Scene) -> float:
 
     If there is no closed form or no damping, return 0.
     """
-    alone, top = _alone(scene), top_speed_of(scene)
-    if "left_out" in alone or not alone["damping"] > 0.0:
+    rotor, top = _without_balls(scene), top_speed_of(scene)
+    if "left_out" in rotor or not rotor["damping"] > 0.0:
         return 0.0
-    critical = math.sqrt(alone["stiffness"] / alone["mass"])
-    return float(RotorWithoutBalls(**alone).whirl(np.array(min(critical, top))))
+    critical = math.sqrt(rotor["stiffness"] / rotor["mass"])
+    return float(RotorWithoutBalls(**rotor).whirl(np.array(min(critical, top))))
 
 
 def _balance(scene: Scene) -> dict[str, Any] | None:
@@ -87,7 +87,7 @@ def _balance(scene: Scene) -> dict[str, Any] | None:
     return None if balance is None else _listed(balance)
 
 
-def _alone(scene: Scene) -> dict[str, Any]:
+def _without_balls(scene: Scene) -> dict[str, Any]:
     """Return the fields of the rotor without balls, or the reason for which there are none."""
     if scene.deck is not None:
         return {"left_out": "the deck moves in space"}

@@ -189,12 +189,12 @@ class _Collected:
         rate = (self._count - 1) / (end - begin) if end > begin else 1.0
         self._vibration, self._spectrum = OncePerTurn(), PowerSpectrum(self._count - self._last)
         self._waterfall = Waterfall(self._count, rate, _speeds(run))
-        alone = run.description.get("alone")
-        self._alone = None
+        alone = run.description.get("without_balls")
+        self._without_balls = None
         if balls and "speed" in run.channels and isinstance(alone, dict) and "mass" in alone:
-            self._alone = WhirlWithoutBalls(RotorWithoutBalls(**alone))
-        self._frames, self._final_alone = FrameRate(PERIOD), FinalRms()
-        self._alone_curve = Envelope(("whirl",), math.ceil((end - begin) / PERIOD) + 1)
+            self._without_balls = WhirlWithoutBalls(RotorWithoutBalls(**alone))
+        self._frames, self._final_without_balls = FrameRate(PERIOD), FinalRms()
+        self._curve_without_balls = Envelope(("whirl",), math.ceil((end - begin) / PERIOD) + 1)
         self._every = max(1, self._count // ORBIT)
         self._orbit: list[np.ndarray] = []
         self._turning: list[np.ndarray] = []
@@ -210,13 +210,13 @@ class _Collected:
             columns += list((block.tilt - self._rest.tilt).T)
         if self._scene is not None and block.balls:
             columns += list(driving_forces(block, self._scene).T)
-        if self._alone is not None:
+        if self._without_balls is not None:
             rows = np.column_stack([block["step"], time, block["speed"]])
             _, when, speed = self._frames.of(rows).T
             if len(when):
-                whirl = self._alone.along(when, speed)
-                self._alone_curve.take(when, whirl[:, None])
-                self._final_alone.take(when, whirl)
+                whirl = self._without_balls.along(when, speed)
+                self._curve_without_balls.take(when, whirl[:, None])
+                self._final_without_balls.take(when, whirl)
         self.curves.take(time, np.column_stack(columns) if columns else np.empty((len(time), 0)))
         if self._axes:
             axes = np.column_stack([block[name] for name in self._axes])
@@ -249,11 +249,11 @@ class _Collected:
             turning = turning[_turns(turning[-1, 3], turning[:, 3]) <= TURNS]
             last = turning[:: max(1, len(turning) // ORBIT), :3]
         orbit = np.concatenate(self._orbit) if self._orbit else np.empty((0, 3))
-        alone = self._final_alone.value
+        alone = self._final_without_balls.value
         return RunData(
             self._run, name, self._scene, metrics, self.curves, orbit, last, self._vibrating,
             self._vibration, self._spectrum, self._waterfall, notes,
-            None if self._alone is None else self._alone_curve, alone and alone.rms,
+            None if self._without_balls is None else self._curve_without_balls, alone and alone.rms,
         )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from ab_sim.scene import load_scene, scene_names
 def test_whirl_without_balls_is_that_of_the_resting_states(speed: float) -> None:
     """Of the same scene without its balls, by the roots of the equilibria's polynomial."""
     scene = load_scene("thesis-hold")
-    alone = RotorWithoutBalls(**explain(scene)["alone"])
+    alone = RotorWithoutBalls(**explain(scene)["without_balls"])
     rotor = base_rotor_of(system_of(without_balls(scene)))
     (expected,) = {round(radius, 15) for radius in radii(rotor, 0.0, speed)}
     assert float(alone.whirl(np.array(speed))) == pytest.approx(expected, rel=1e-9)
@@ -43,8 +43,8 @@ def test_every_scene_is_explained_in_json(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "part", "why"),
     [
-        ("feeding-deck", "alone", "the deck moves in space"),
-        ("on-edge", "alone", "the scene has the effect gravity"),
+        ("feeding-deck", "without_balls", "the deck moves in space"),
+        ("on-edge", "without_balls", "the scene has the effect gravity"),
         ("couple-unbalance", "balance", "the balls run in several planes"),
         ("everything", "balance", "the race has a runout"),
     ],

@@ -53,7 +53,7 @@ def test_whirl_without_a_logarithm_is_a_gap(tmp_path: Path) -> None:
 def test_vibration_is_shown_as_one_curve(tmp_path: Path) -> None:
     names, samples = run(5)
     record(tmp_path / "run.rrd", names, samples)
-    sizes = plotted(tmp_path / "run.rrd", SAMPLES, "felt")[:, 0]
+    sizes = plotted(tmp_path / "run.rrd", SAMPLES, "vector_lengths")[:, 0]
     ax, ay = (samples[:, names.index(name)] for name in ("ax", "ay"))
     np.testing.assert_allclose(sizes, np.hypot(ax, ay), rtol=1e-6)
 

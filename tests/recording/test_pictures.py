@@ -126,7 +126,7 @@ def test_curves_of_each_frame(file: Path, seen: Trajectory, scene: Scene) -> Non
         np.exp(1j * np.radians(angles)), np.exp(1j * seen.ball_angles), atol=1e-6
     )
     assert angles.min() >= -330.0 and angles.max() <= 30.0
-    drawn = 10.0 ** plotted(file, FRAMES, "alone")[:, 0]
+    drawn = 10.0 ** plotted(file, FRAMES, "without_balls")[:, 0]
     alone = Drive(without_balls(scene)).advance(round(1.5 / scene.solver.step))
     expected = np.interp(seen["time"], alone["time"], alone.whirl) / scene.rotor.eccentricity
     there = np.isfinite(drawn)

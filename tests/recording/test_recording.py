@@ -75,7 +75,7 @@ def test_motor_and_sensors_have_places_of_their_own(tmp_path: Path) -> None:
         "Motor torque [N m]",
         "Vibration |a|, deck and sensors [m/s²]",
     }
-    sizes = plotted(path, SAMPLES, "felt")[:, 1]
+    sizes = plotted(path, SAMPLES, "vector_lengths")[:, 1]
     np.testing.assert_allclose(sizes, np.hypot(*readings.T), rtol=1e-6)
 
 

@@ -148,7 +148,7 @@ def test_tilt_and_height_are_plotted(
     np.testing.assert_allclose(plotted(file, SAMPLES, "whirl")[:, 0], whirl, rtol=1e-5)
     np.testing.assert_allclose(plotted(file, SAMPLES, "height")[:, 0], 1e6 * run["z"], rtol=1e-6)
     sizes = np.linalg.norm(run.acceleration, axis=1)
-    np.testing.assert_allclose(plotted(file, SAMPLES, "felt")[:, 0], sizes, rtol=1e-6)
+    np.testing.assert_allclose(plotted(file, SAMPLES, "vector_lengths")[:, 0], sizes, rtol=1e-6)
 
 
 def test_what_the_drawing_needs_is_asked_for(scene: Scene, run: Trajectory, tmp_path: Path) -> None:

@@ -61,11 +61,14 @@ def topic_by_name(name: str) -> Topic | None:
 
 
 OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL, IMU, PROBE)
-"""Topics that show that there is a drive in their namespace."""
+"""Topics of a drive; a namespace with at least one of them has a drive."""
 
 
 def further_sensor(name: str, namespace: str) -> Topic | None:
-    """Return the kind of topic if it is that of a sensor after the first one, else None."""
+    """Return the kind of topic of a drive's second or a further sensor: ``IMU`` or ``PROBE``.
+
+    Return None if the full name ``name`` is not that of such a topic in the namespace.
+    """
     for kind, of in ((IMU, imu_of), (PROBE, probe_of)):
         before, _, behind = of("*", False).within(namespace).partition("*")
         if (
@@ -84,6 +87,7 @@ DECIMATED = BLOCK._replace(name="recording/decimated", qos=Qos())
 """Topic that only bags have. Before each block of a decimated run, it has a block with the number
 of omitted rows up to each row, and the rule of decimation."""
 DECIMATED_CHANNELS = ("step", "time", "left_out", "every", "around")
+"""Channels of its blocks: step and time [s] of a kept row, omitted rows up to it, and the rule."""
 NOTE = "recording."
 """Prefix of the logger's name in log messages that contain an entry of `Recording.event`."""
 
@@ -93,12 +97,12 @@ def logger_name(namespace: str, name: str) -> str:
     return f"{namespace.strip('/').replace('/', '.')}.{name}".lstrip(".")
 
 
-def drive_namespaces(there: Iterable[tuple[str, str]]) -> list[str]:
-    """Return the namespaces of drives, from names and types of topics."""
+def drive_namespaces(names_and_types: Iterable[tuple[str, str]]) -> list[str]:
+    """Return the sorted namespaces of drives, from the full names and the types of topics."""
     return sorted(
         {
             name.removesuffix(f"/{topic.name}") or "/"
-            for name, type_name in there
+            for name, type_name in names_and_types
             for topic in OF_A_DRIVE
             if name.endswith(f"/{topic.name}") and type_name == topic.type_name
         }
@@ -143,11 +147,13 @@ def decoded(message: bytes, type_name: str) -> Any:
 
 
 def _message_of(type_name: str, fields: Mapping[str, Any]) -> Any:
+    """Return a message of rosbags from its fields; nested messages are mappings."""
     kinds = dict(TYPES.get_msgdef(type_name).fields)
     return TYPES.types[type_name](**{key: _value(kinds[key], fields[key]) for key in kinds})
 
 
 def _value(kind: Any, value: Any) -> Any:
+    """Return a field's value as rosbags stores it: a message, number, array or list."""
     node, inner = kind
     if node is Nodetype.NAME:
         return _message_of(inner, value)
@@ -166,6 +172,7 @@ def _fields_of(message: Any) -> dict[str, str]:
 
 
 def _ros_type_name(kind: Any) -> str:
+    """Return a field's type in ROS's notation: ``double``, ``sequence<double>``, ``pkg/Type``."""
     node, inner = kind
     if node is Nodetype.NAME:
         return str(inner).replace("/msg/", "/")

@@ -31,7 +31,10 @@ _PROFILE = "profile: "  # beginning of the recorder's events on the profile cont
 _COMMANDS = "commands_received"
 
 TimedMessage = tuple[int, int, Topic, str, bytes]
-"""Time [ns], rank among messages of that time, topic, full name of the topic, message in CDR."""
+"""Time [ns], rank among messages of that time, topic, full name of the topic, message in CDR.
+
+The description is first (-1), then the clock (0), samples and state (1), commands and events (2).
+"""
 
 
 def export_bag(
@@ -138,6 +141,10 @@ class _Samples:
             progress(done, extent.rows)
 
     def _blocks(self, rows: Trajectory, left_out: np.ndarray | None) -> Iterator[TimedMessage]:
+        """Yield blocks of samples, each after a block with the decimation of its rows, if any.
+
+        ``left_out`` is the number of omitted rows up to each row; None without decimation.
+        """
         for first in range(0, len(rows), _BLOCK):
             samples = rows.samples[first : first + _BLOCK]
             time = nanoseconds(samples[-1, 1])
@@ -151,6 +158,7 @@ class _Samples:
             yield self._message(time, 1, topics.BLOCK, Block(rows.channels, samples))
 
     def _states(self, rows: Trajectory) -> Iterator[TimedMessage]:
+        """Yield the state's messages for the rows that are due, each set after a clock message."""
         times = np.rint(1e9 * rows["time"]).astype(np.int64)
         chosen = []
         for row, time in enumerate(times.tolist()):
@@ -170,7 +178,7 @@ class _Samples:
                 yield time, 1, topic, name, template.at(time, part[at])
 
     def _numbers(self, rows: Trajectory) -> np.ndarray:
-        """Return the numbers of some rows' messages, in the order of `StateChannels.names`."""
+        """Return the numbers for some rows' messages, shape (rows, `StateChannels.names`)."""
         turning = np.zeros((len(rows), 3))
         if rows.tilts and "wx_rate" in rows.channels:
             turning = rows.angular_acceleration
@@ -178,13 +186,17 @@ class _Samples:
         return np.column_stack([rows.samples, constants, self._efforts(rows), turning])
 
     def _efforts(self, rows: Trajectory) -> np.ndarray:
-        """Return the driving torques of the balls [N m]; NaN if the recording has no scene."""
+        """Return the driving torques of the balls [N m], shape (rows, balls).
+
+        They are NaN if the recording has no scene.
+        """
         if self._scene is not None and self._scene.balls.count == rows.balls:
             return -driving_forces(rows, self._scene) * self._scene.race.radius
         return np.full((len(rows), rows.balls), math.nan)
 
-    def _message(self, time: int, order: int, topic: Topic, sample: Any) -> TimedMessage:
-        return time, order, topic, topic.within(self._namespace), encoded(topic, sample)
+    def _message(self, time: int, rank: int, topic: Topic, sample: Any) -> TimedMessage:
+        """Return a sample as a message on its topic in the drive's namespace."""
+        return time, rank, topic, topic.within(self._namespace), encoded(topic, sample)
 
 
 def nanoseconds(seconds: float) -> int:
@@ -193,4 +205,5 @@ def nanoseconds(seconds: float) -> int:
 
 
 def _clock(time: int) -> TimedMessage:
+    """Return the message of ``/clock`` at a time [ns]."""
     return time, 0, topics.CLOCK, topics.CLOCK.name, encoded(topics.CLOCK, time)

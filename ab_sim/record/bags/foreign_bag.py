@@ -28,13 +28,14 @@ ACCELERATION, DISPLACEMENT = "acceleration", "displacement"
 
 
 class _Series:
-    """Samples of one topic, or of one sensor of the topic."""
+    """Samples of one topic, or of one sensor of the topic, with their stamps [ns]."""
 
     def __init__(self, channels: tuple[str, ...]) -> None:
         self.channels = channels
         self.stamps, self.flat = array("q"), array("d")
 
     def add(self, stamp: int, values: list[float]) -> None:
+        """Add a sample; refuse one that is not later than the last."""
         if self.stamps and stamp <= self.stamps[-1]:
             raise ValueError(f"its stamp, {stamp} ns, is not later than that of the message before")
         self.stamps.append(stamp)
@@ -96,7 +97,7 @@ class ForeignBag(IgnoredMessages):
         """Notes on sensors whose values are held between their stamps."""
         self._commands = _Series(("command",))
         self._now = 0
-        self._own: dict[str, Any] = {}
+        self._published: dict[str, Any] = {}
         self._read: dict[Topic, Callable[[Any], None]] = {
             topics.COMMAND: self._command,
             topics.JOINT_STATES: self._joints,
@@ -122,7 +123,7 @@ class ForeignBag(IgnoredMessages):
         if self._series:
             self._join(rows_of)
         self.description = {
-            **self._own,
+            **self._published,
             "pickups": self._pickups,
             "bag": bag.path.name,
             "namespace": namespace,
@@ -132,6 +133,7 @@ class ForeignBag(IgnoredMessages):
         self.drawn = drawable(self.description, self.channels)
 
     def _join(self, rows_of: str | None) -> None:
+        """Join all series to one table with the stamps of the chosen one, see the class."""
         # `vibration` and `whirl` repeat samples of a sensor that has a topic for every sample.
         for key in [key for key in self._series if f"{_EVERY}{key}" in self._series]:
             del self._series[key]
@@ -163,6 +165,7 @@ class ForeignBag(IgnoredMessages):
         self.channels, self.samples = tuple(names), np.column_stack(columns)
 
     def _add(self, key: str, names: tuple[str, ...], stamp: int, values: list[float]) -> None:
+        """Add a sample to the series with a key; refuse one with other channels than before."""
         series = self._series.setdefault(key, _Series(names))
         if series.channels != names:
             raise ValueError(
@@ -177,6 +180,7 @@ class ForeignBag(IgnoredMessages):
         self._commands.flat.append(speed)
 
     def _joints(self, message: Any) -> None:
+        """Add angle, rate and torque of the spindle, and of each other joint, as far as present."""
         angles: dict[str, float] = {}
         for at, joint in enumerate(message.name):
             ball = re.fullmatch(r"ball_\d+", joint)
@@ -222,4 +226,4 @@ class ForeignBag(IgnoredMessages):
         self._add("x", ("x", "y", "z"), sample.time, [*sample.place])
 
     def _describe(self, description: dict[str, Any]) -> None:
-        self._own = description
+        self._published = description

@@ -78,11 +78,13 @@ class BagConverter(IgnoredMessages):
             self.ignore(message.topic, error)
 
     def _describe(self, description: dict[str, Any]) -> None:
+        """End the recording if another drive publishes its description."""
         if description != self._description:
             self._close()
             self._description = description
 
     def _decimated(self, block: Block) -> None:
+        """Check the decimation of the next block of samples, and keep it."""
         channels, rule = checked_block(block)
         if channels != contract.DECIMATED_CHANNELS:
             raise ValueError(f"must have the channels {contract.DECIMATED_CHANNELS}")
@@ -96,6 +98,7 @@ class BagConverter(IgnoredMessages):
         self._left_out = rule
 
     def _block(self, block: Block) -> None:
+        """Write a block of samples; begin a recording if steps or drive begin again."""
         channels, samples = checked_block(block)
         if not len(samples):
             return
@@ -160,6 +163,7 @@ class BagConverter(IgnoredMessages):
             getattr(self._recording, what)(*noted)
 
     def _open(self, channels: tuple[str, ...]) -> None:
+        """Begin the next recording, with the entries that came before its first sample."""
         path, count = self._out, 1
         while path in self.files or (count > 1 and path.exists()):
             count += 1
@@ -301,6 +305,7 @@ def choose_namespace(bag: Bag, wanted: str | None) -> str:
 
 
 def _listed(bag: Bag) -> str:
+    """Return the first 20 topics of a bag with their types, for a message."""
     there = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
     return ", ".join(there[:20] + ["..."] * (len(there) > 20)) or "no topics at all"
 

@@ -34,7 +34,10 @@ MOST_RATIO = 200
 
 
 def bound_rosbags() -> None:
-    """Replace the functions by which rosbags unpacks by functions with limits."""
+    """Replace the functions with which rosbags unpacks by functions with limits.
+
+    Otherwise a small damaged or hostile file could unpack to any size, and fill the memory.
+    """
     table: dict[str, Any] = storage_mcap.DECOMPRESSORS
     table["zstd"] = lambda data, size: _chunk(zstd.ZstdDecompressor(), data, size)
     table["lz4"] = lambda data, size: _chunk(lz4.frame.LZ4FrameDecompressor(), data, size)
@@ -43,6 +46,7 @@ def bound_rosbags() -> None:
 
 
 def _chunk(decompressor: Any, data: bytes, size: int) -> bytes:
+    """Unpack a chunk to at most ``size`` bytes, the size that it states, or ``MOST_CHUNK``."""
     if size > MOST_CHUNK:
         raise ValueError(f"a chunk unpacks to {size} bytes; must be at most {MOST_CHUNK}")
     unpacked: bytes = decompressor.decompress(data, max_length=size + 1)
@@ -52,6 +56,7 @@ def _chunk(decompressor: Any, data: bytes, size: int) -> bytes:
 
 
 def _message(data: bytes) -> bytes:
+    """Unpack a message to at most ``MOST_CHUNK`` bytes."""
     unpacked = zstd.ZstdDecompressor().decompress(data, max_length=MOST_CHUNK + 1)
     if len(unpacked) > MOST_CHUNK:
         raise ValueError(f"a message unpacks to more than {MOST_CHUNK} bytes")
@@ -197,10 +202,12 @@ class Bag:
 
     @property
     def _metadata(self) -> Any:
+        """Object of rosbags that has counts and times: a single file's metadata, or the reader."""
         reader = self._reader
         return reader.metadata if isinstance(reader, McapReader) else reader
 
     def _open(self) -> Any:
+        """Open the bag with rosbags; complete the end of an unfinished file while reading."""
         path = self._file()
         try:
             if path.is_dir():

@@ -63,8 +63,9 @@ def repair_bag(
                 f"{cannot}it is still being written; end the recorder, which completes it"
             )
         metadata = file.parent / METADATA
-        beside = metadata.is_file()
-        if is_finished(file) and not (is_unfinished(metadata) if beside else Path(path).is_dir()):
+        has_metadata = metadata.is_file()
+        is_folder = Path(path).is_dir()
+        if is_finished(file) and not (is_unfinished(metadata) if has_metadata else is_folder):
             return None
         library = written_by(file)
         if not library.startswith(_LIBRARY):
@@ -74,15 +75,15 @@ def repair_bag(
             )
         _remove_leftovers(file.parent)
         prefix = f"{_UNFINISHED}{os.getpid()}-"
-        with tempfile.TemporaryDirectory(dir=file.parent, prefix=prefix) as room:
-            repaired = Path(room, "bag", file.name)
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=prefix) as folder:
+            repaired = Path(folder, "bag", file.name)
             messages = _copy(file, repaired, progress)
             repaired.chmod(file.stat().st_mode)
             lost = torn_bytes(file)
             repaired.replace(file)
             # After a failure before this line, the metadata are still those of an unfinished bag,
             # so that the repair can be repeated.
-            if beside or Path(path).is_dir():
+            if has_metadata or is_folder:
                 (repaired.parent / METADATA).replace(metadata)
     except OSError as error:
         raise RecordingError(f"{cannot}{error.strerror}; nothing has changed") from error
@@ -91,13 +92,14 @@ def repair_bag(
 
 def _remove_leftovers(folder: Path) -> None:
     """Remove the temporary folders of killed repairs from a bag's folder."""
-    for room in folder.glob(f"{_UNFINISHED}*"):
-        number = room.name.removeprefix(_UNFINISHED).partition("-")[0]
+    for leftover in folder.glob(f"{_UNFINISHED}*"):
+        number = leftover.name.removeprefix(_UNFINISHED).partition("-")[0]
         if number.isdecimal() and not psutil.pid_exists(int(number)):
-            shutil.rmtree(room, ignore_errors=True)
+            shutil.rmtree(leftover, ignore_errors=True)
 
 
 def _file_of(path: Path) -> Path:
+    """Return the MCAP file of a bag, given by its folder or by the file itself."""
     try:
         check_regular(path)
     except OSError as error:

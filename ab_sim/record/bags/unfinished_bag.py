@@ -54,6 +54,7 @@ def is_unfinished(path: Path) -> bool:
 
 
 def _topic(topic: Connection) -> dict[str, Any]:
+    """Return a topic's entry in ``metadata.yaml``."""
     assert isinstance(topic.ext, ConnectionExtRosbag2)
     return {
         "name": topic.topic,
@@ -99,9 +100,10 @@ def written_by(path: Path) -> str:
 
 
 class CompletedFile:
-    """Path-like object of a file without a footer; when read, there is one after complete records.
+    """Path-like object of a file without a footer, which reads as if it had one.
 
-    The file is not changed.
+    The footer follows the complete records, and an incomplete record at the end is left out. The
+    file is not changed.
     """
 
     def __init__(self, path: Path) -> None:
@@ -117,6 +119,8 @@ class CompletedFile:
 
 
 class _CompletedStream(io.RawIOBase):
+    """Stream of the first ``whole`` bytes of a file and a footer."""
+
     def __init__(self, file: BinaryIO, whole: int) -> None:
         self._file, self._whole_bytes, self._at = file, whole, 0
 

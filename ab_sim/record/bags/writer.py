@@ -122,6 +122,8 @@ class BagWriter:
         self._check_usable()
         storage = self._storage
         try:
+            # The footer follows each flush, so that other programs can read the file. The next
+            # chunk overwrites it.
             if storage.chunk.msgs:
                 storage.close_chunk()
             whole = storage.bio.tell()
@@ -149,18 +151,21 @@ class BagWriter:
         self._closed = True
 
     def _name_file(self, name: str) -> None:
+        """Rename the file, whose name rosbags chose, and lock it."""
         storage = self._writer.storage
         assert isinstance(storage, McapWriter)
         storage.path = storage.path.rename(self.path / name)
         lock(storage.bio, wait=True)  # `repair_bag` finds this lock
 
     def _check_usable(self) -> None:
+        """Raise the error of an earlier write again; refuse a closed bag."""
         if self._error:
             raise self._error
         if self._closed:
             raise RecordingError(f"the bag {self.path} is closed")
 
     def _fail(self, error: OSError) -> RecordingError:
+        """Cut the file back to the last complete flush, and return the error to raise."""
         with contextlib.suppress(OSError):  # this tries again to write, and fails
             self._storage.abort()
         with contextlib.suppress(OSError):

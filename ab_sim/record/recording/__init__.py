@@ -23,10 +23,10 @@ entity                  contents                                             sho
                         ``sensor_NAME`` NAME_1, ... [m/s^2], on its axes,
                         ``balls_angle`` [rad, from the unbalance, unwrapped],
                         ``balls_rate`` [rad/s], ``other_NAME`` any other;
-                        derived: ``plot:whirl`` W/e, ``plot:felt`` lengths
-                        of accelerations; in a decimated recording
-                        ``channels:left_out``, number of omitted steps up to
-                        each sample
+                        derived: ``plot:whirl`` W/e, lengths of
+                        accelerations ``plot:vector_lengths``; in a
+                        decimated recording ``channels:left_out``, number
+                        of omitted steps up to each sample
 ``/plot``, ``/state``   derived: r.m.s., orders and spectra of the           plots
                         vibration; state of the spindle
 ``/above``, ``/space``  derived: the drawings, in mm, at most 100 times a    top view, 3-D

@@ -15,7 +15,7 @@ from ab_sim.record.recording.layout import layout_of
 from ab_sim.record.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
 MOST_NAMES = 8
-"""Largest number of curves in a plot with a legend."""
+"""Largest number of balls' curves in a plot with a legend."""
 _LOWER = rrb.Corner2D.RightBottom
 _TITLES = {
     "real_time_factor": "Real-time factor [1]; 1 keeps up",
@@ -29,7 +29,7 @@ _STYLES: dict[str, Any] = {
 
 
 def style(scalar: str) -> Any:
-    """Return the archetype with the style of a scalar's plot."""
+    """Return Rerun's archetype with the style of a scalar's plot; an unknown name gets a line."""
     return _STYLES.get(scalar, lines([scalar]))
 
 
@@ -66,14 +66,14 @@ def blueprint(
         _drive(drawing, channels),
         *_forces(drawing, channels),
         _vibration(drawing, channels),
-        _health(scalars, _beside(channels)),
+        _health(scalars, _reference_curves(channels)),
         rrb.TextDocumentView(origin="/description", name="Description"),
     ]
     return _pages(pages, page, live)
 
 
 def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
-    """Return the curves of those of some groups of channels that exist."""
+    """Return the curves of some groups of channels, in one plot; missing groups are left out."""
     layout = layout_of(channels)
     return [
         PlottedCurves.of_channels(group, lines([channels[column] for column in layout[group]]))
@@ -82,8 +82,8 @@ def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
     ]
 
 
-def _beside(channels: Sequence[str]) -> dict[str, list[PlottedCurves]]:
-    """Return curves to plot together with scalars, by scalar.
+def _reference_curves(channels: Sequence[str]) -> dict[str, list[PlottedCurves]]:
+    """Return the curves that are plotted together with a scalar, by name of the scalar.
 
     Rerun links the time axes of plots only when one of them is zoomed; before, each axis spans the
     data of its plot. So every plot contains a curve that covers the whole run.
@@ -119,7 +119,7 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
 def _forces(drawing: Drawing, channels: Sequence[str]) -> Iterator[rrb.Container]:
     """Yield the page of forces and, in space, of the deck's tilt and height, if there are any."""
     curves, plots = drawing.curves, []
-    if drawing.explained.driven is not None:
+    if drawing.explanation.driven is not None:
         name = "Driving force on the balls, forward positive [N]"
         plots.append(plot(name, curves.driving(), legend=drawing.balls <= MOST_NAMES))
     if drawing.motor:
@@ -154,14 +154,14 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
 
 
 def _health(
-    scalars: Sequence[str], shown_beside: Mapping[str, list[PlottedCurves]]
+    scalars: Sequence[str], reference_curves: Mapping[str, list[PlottedCurves]]
 ) -> rrb.Container:
     """Return the page on the progress of the run: states, scalars and events."""
     plots: list[rrb.View] = []
     for scalar in scalars:
         title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
-        beside, span = shown_beside.get(scalar, []), _RANGES.get(scalar)
-        plots.append(plot(title, f"/run/{scalar}", *beside, legend=bool(beside), span=span))
+        references, span = reference_curves.get(scalar, []), _RANGES.get(scalar)
+        plots.append(plot(title, f"/run/{scalar}", *references, legend=bool(references), span=span))
     states = rrb.StateTimelineView(
         origin="/",
         contents=["/state/**", "/health/**"],
@@ -172,6 +172,7 @@ def _health(
 
 
 def _events() -> rrb.View:
+    """Return the view of the log of events."""
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body", "EntityPath"])
     return rrb.TextLogView(origin="/events", name="Events", columns=columns)
 
@@ -223,6 +224,7 @@ def plain_blueprint(
 
 
 def _pages(pages: Sequence[rrb.Container | rrb.View], page: int, live: bool) -> rrb.Blueprint:
+    """Return the layout of pages as tabs, of which the one with number ``page`` is open."""
     return rrb.Blueprint(
         rrb.Tabs(*pages, active_tab=page),
         rrb.TimePanel(

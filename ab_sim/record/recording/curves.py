@@ -35,18 +35,20 @@ class PlottedCurves(NamedTuple):
     """Curves of a plot: a component, which may have several series, and their style."""
 
     entity: str
+    """Entity with the component."""
     component: str
-    look: rr.SeriesLines
+    style: rr.SeriesLines
+    """Names, colours and widths of the series."""
 
     @classmethod
-    def of_channels(cls, group: str, look: rr.SeriesLines) -> PlottedCurves:
+    def of_channels(cls, group: str, style: rr.SeriesLines) -> PlottedCurves:
         """Return the curves of a group of channels."""
-        return cls(SAMPLES, f"{CHANNELS}:{group}", look)
+        return cls(SAMPLES, f"{CHANNELS}:{group}", style)
 
     @classmethod
-    def derived(cls, entity: str, name: str, look: rr.SeriesLines) -> PlottedCurves:
-        """Return the computed curves with a name, of an entity."""
-        return cls(entity, f"{DERIVED}:{name}", look)
+    def derived(cls, entity: str, name: str, style: rr.SeriesLines) -> PlottedCurves:
+        """Return the computed curves ``name`` of an entity."""
+        return cls(entity, f"{DERIVED}:{name}", style)
 
 
 def plot(
@@ -73,7 +75,7 @@ def plot(
                 ComponentSourceKind.SourceComponent,
                 source_component=curve.component,
             )
-            drawn.setdefault(curve.entity, []).append(curve.look.visualizer(mappings=[source]))
+            drawn.setdefault(curve.entity, []).append(curve.style.visualizer(mappings=[source]))
     entities = [curve.entity if isinstance(curve, PlottedCurves) else curve for curve in curves]
     return rrb.TimeSeriesView(
         name=name,
@@ -112,6 +114,7 @@ def lines(
 
 
 def _colours(names: Sequence[str]) -> list[Colour]:
+    """Return a colour per series: that of the ball, grey for the command, else one of a cycle."""
     balls = [_BALL.match(name) for name in names]
     return [
         ball_colour(int(ball[1])) if ball else GREY if name == "command" else other
@@ -124,8 +127,8 @@ FRAMES = ROTOR
 the rotor, which moves in each frame: a viewer without a GPU can process few messages at a time."""
 LEAST = 1e-4
 """Whirl, in e or in mm, below which its logarithm is not plotted."""
-_WHIRL, _FELT = "whirl", "felt"
-_ALONE, _TILT, _HEIGHT, _BALLS = "alone", "tilt", "height", "balls"
+_WHIRL, _LENGTHS = "whirl", "vector_lengths"
+_WITHOUT_BALLS, _TILT, _HEIGHT, _BALLS = "without_balls", "tilt", "height", "balls"
 _LEVELS, _DRIVING = "balls_levels", "driving"
 _PHASE = "phase"
 _SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
@@ -136,16 +139,21 @@ class Curves:
     """Computed curves of a drive: their styles and values."""
 
     balls: int
+    """Number of balls."""
     eccentricity: float
     """Eccentricity e [mm]."""
     tilts: bool
     """True if the deck moves in space."""
-    explained: Explanation
+    explanation: Explanation
+    """Quantities that some of the curves show."""
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Ball angles of the balanced position [deg], without -180; empty if there are many."""
-        balance = self.explained.balance
+        """Ball angles of the balanced position [deg], except -180, sorted.
+
+        They are empty if there are many such positions, or none.
+        """
+        balance = self.explanation.balance
         if balance is None or balance.many or balance.residual > 0.0:
             return ()
         angles = np.degrees(in_one_turn(np.array(balance.angles)))
@@ -153,11 +161,11 @@ class Curves:
 
     def whirl(self) -> list[PlottedCurves]:
         """Return the curves of log10 of the whirl: of this run, and without balls if known."""
-        look = lines(["this run"], [2.0])
-        curves = [PlottedCurves.derived(SAMPLES, _WHIRL, look)]
-        if self.explained.alone is not None:
-            look = lines(["without balls"], colors=[WITHOUT_BALLS])
-            curves.insert(0, PlottedCurves.derived(FRAMES, _ALONE, look))
+        style = lines(["this run"], [2.0])
+        curves = [PlottedCurves.derived(SAMPLES, _WHIRL, style)]
+        if self.explanation.without_balls is not None:
+            style = lines(["without balls"], colors=[WITHOUT_BALLS])
+            curves.insert(0, PlottedCurves.derived(FRAMES, _WITHOUT_BALLS, style))
         return curves
 
     def vector_lengths(self, channels: Sequence[str]) -> list[PlottedCurves]:
@@ -166,13 +174,13 @@ class Curves:
             "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
             for name in vector_columns(channels)
         ]
-        look = lines(names, [1.0] * len(names))
-        return [PlottedCurves.derived(SAMPLES, _FELT, look)] if names else []
+        style = lines(names, [1.0] * len(names))
+        return [PlottedCurves.derived(SAMPLES, _LENGTHS, style)] if names else []
 
     def speed_level(self) -> PlottedCurves:
         """Return the line of the critical speed."""
         # Without a critical speed, the line is at 0, so that the plot includes standstill.
-        is_known = self.explained.critical_speed is not None
+        is_known = self.explanation.critical_speed is not None
         name = "critical speed" if is_known else "standstill"
         return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[LIMIT]))
 
@@ -195,16 +203,17 @@ class Curves:
 
     def angles(self) -> list[PlottedCurves]:
         """Return the curves of the balls' angles, and of the balanced positions."""
-        look = lines(["opposite, -180", *["balanced"] * len(self.levels)],
-                     colors=[LIMIT, *[BALANCED] * len(self.levels)])  # fmt: skip
+        style = lines(["opposite, -180", *["balanced"] * len(self.levels)],
+                      colors=[LIMIT, *[BALANCED] * len(self.levels)])  # fmt: skip
         return [
-            PlottedCurves.derived(FRAMES, _LEVELS, look),
-            PlottedCurves.derived(FRAMES, _BALLS, lines(*self._of_balls())),
+            PlottedCurves.derived(FRAMES, _LEVELS, style),
+            PlottedCurves.derived(FRAMES, _BALLS, lines(*self._names_and_widths())),
         ]
 
     def driving(self) -> PlottedCurves:
-        """Return the curves of the forces on the balls."""
-        return PlottedCurves.derived(FRAMES, _DRIVING, lines(*self._of_balls(), swings=True))
+        """Return the curves of the driving forces on the balls."""
+        style = lines(*self._names_and_widths(), swings=True)
+        return PlottedCurves.derived(FRAMES, _DRIVING, style)
 
     @staticmethod
     def phase() -> PlottedCurves:
@@ -227,33 +236,35 @@ class Curves:
             for columns in vector_columns(channels).values()
         ]
         if lengths:
-            values[_FELT] = np.column_stack(lengths)
+            values[_LENGTHS] = np.column_stack(lengths)
         return values
 
-    def of_frames(self, run: Trajectory, phase: Array, alone: Array | None) -> dict[str, Array]:
+    def of_frames(
+        self, run: Trajectory, phase: Array, without_balls: Array | None
+    ) -> dict[str, Array]:
         """Return the values of curves with a row per frame, by name, of shape (frames, series).
 
         Args:
             run: samples of the frames.
-            phase: angle of `ab_sim.drive.turn_vector.TurnVector` [rad].
-            alone: whirl without balls [m]; None: unknown.
+            phase: angle of `ab_sim.drive.turn_vector.TurnVector` [rad], shape (frames,).
+            without_balls: whirl without balls [m], shape (frames,); None: unknown.
         """
-        explained, rows = self.explained, len(run)
+        explanation, rows = self.explanation, len(run)
         # Constant lines have a value in every row, because the time axis of a plot spans its data.
         values = {
             _REAL_TIME: np.ones((rows, 1)),
-            _SPEED_LEVEL: np.full((rows, 1), explained.critical_speed or 0.0),
+            _SPEED_LEVEL: np.full((rows, 1), explanation.critical_speed or 0.0),
             _PHASE: np.degrees(in_one_turn(phase))[:, None],
         }
         if self.tilts:
             values[_TILT] = 1e3 * tilt_of(run.turn)
-        if alone is not None:
-            values[_ALONE] = self._logarithm(alone)
+        if without_balls is not None:
+            values[_WITHOUT_BALLS] = self._logarithm(without_balls)
         if self.balls:
             values[_LEVELS] = np.tile((-180.0, *self.levels), (rows, 1))
             values[_BALLS] = np.degrees(in_one_turn(run.ball_angles))
-            if explained.driven is not None:
-                values[_DRIVING] = explained.driven.forces(run)
+            if explanation.driven is not None:
+                values[_DRIVING] = explanation.driven.forces(run)
         return values
 
     def _logarithm(self, whirl: Array) -> Array:
@@ -261,8 +272,8 @@ class Curves:
         values = 1e3 * whirl[:, None] / (self.eccentricity or 1.0)
         return np.log10(np.where(values >= LEAST, values, np.nan))
 
-    def _of_balls(self) -> tuple[list[str], list[float]]:
-        """Return names and widths of the balls' curves."""
+    def _names_and_widths(self) -> tuple[list[str], list[float]]:
+        """Return names and widths of the curves with a line per ball."""
         # Earlier curves are wider, so that they are visible next to later curves that coincide.
         widths = np.linspace(4.0, 1.5, self.balls).tolist()
         return [f"ball {ball}" for ball in range(self.balls)], widths

@@ -22,11 +22,13 @@ class Decimation:
 
     Events are those passed to `note`, and the two ends of a ramp of the command: the times at which
     it starts to change and becomes constant (no change within ``around``). A period around an event
-    is a *full-rate stretch*. Rows are pending for twice ``around``, until no later event can affect
-    them. So the result depends only on rows and events, and not on the size of blocks, provided
-    that each event is noted before `take` gets rows later than its time + ``around``. To limit the
-    data rate, full-rate stretches take at most `SHARE` of the time, in addition to `STRETCHES` of
-    them; further ones are refused and counted. The first and the last row are always kept.
+    is a *full-rate stretch*. To limit the data rate, full-rate stretches take at most `SHARE` of
+    the time, in addition to `STRETCHES` of them; further ones are refused and counted. The first
+    and the last row are always kept.
+
+    Rows are pending for twice ``around``, until no later event can affect them. So the result does
+    not depend on the size of blocks. This requires that an event is noted before `take` gets rows
+    later than the event's time + ``around``.
 
     Args:
         every: a step is kept if its number is a multiple of this.
@@ -47,9 +49,8 @@ class Decimation:
         self.refused = 0  # refused full-rate stretches
         self._pending = np.empty((0, 0))
         self._new: list[Array] = []  # rows received after the pending ones
-        self._event_times: set[float] = (
-            set()
-        )  # events whose stretch is neither selected nor refused
+        # events whose stretch is neither selected nor refused
+        self._event_times: set[float] = set()
         self._stretches: list[tuple[float, float]] = []  # stretches that may contain pending rows
         self._reach = -math.inf  # end of the last stretch
         self._full_rate_time = 0.0  # total length of the stretches [s]
@@ -85,6 +86,7 @@ class Decimation:
             return rows[:0], np.empty(0)  # so that pending rows are not copied for a few new ones
         self._append_new_rows()
         newest = rows[-1, 1]
+        # The end of a ramp is noted ``around`` after it, so the order of events is final only then.
         self._select_stretches(newest - self._around)
         # Two subtractions have the same rounding as the start of a stretch not yet selected.
         early = self._pending[:, 1] < newest - self._around - self._around
@@ -122,7 +124,10 @@ class Decimation:
         self._new.clear()
 
     def _select_stretches(self, until: float) -> None:
-        """Select full-rate stretches for events before a time, in order of time."""
+        """Select full-rate stretches around events before a time [s], in order of time.
+
+        The part of a stretch that the last one covers already costs nothing.
+        """
         earlier = sorted(time for time in self._event_times if time < until)
         self._event_times.difference_update(earlier)
         for time in earlier:

@@ -20,17 +20,17 @@ Parts = Iterator[tuple[str, Any]]  # entities and their data
 class Drawing:
     """Dimensions of a drive, its drawings, and its computed curves."""
 
-    race: float  # radius of the circle on which the balls' centres run [mm]
+    race_radius: float  # radius of the circle on which the balls' centres run [mm]
     eccentricity: float  # eccentricity e [mm]
     balls: int  # number of balls
-    radii: tuple[float, ...]  # radii of the balls [mm]
+    ball_radii: tuple[float, ...]  # radii of the balls [mm]
     motor: bool  # True if there is a motor torque to plot
     sensors: tuple[str, ...]  # names of sensors with readings to plot
     tilts: bool  # True if the deck moves in space
-    explained: Explanation
-    top: TopView
-    space: Space
-    curves: Curves
+    explanation: Explanation  # quantities that explain the run
+    top: TopView  # drawing from above
+    space: Space  # drawing in space
+    curves: Curves  # curves that are computed from the channels
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
@@ -40,18 +40,18 @@ class Drawing:
             RecordingError: a value of the description is missing or invalid.
         """
         try:
-            race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
+            race_radius, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
             eccentricity = 1e3 * float(description["eccentricity"])
-            radii_ = description.get("ball_radii")
-            if radii_ is None:
-                radii_ = [1e-3 * ball_radius(race, balls)] * balls
-            radii = tuple(1e3 * float(radius) for radius in radii_)
+            radii = description.get("ball_radii")
+            if radii is None:
+                radii = [1e-3 * ball_radius(race_radius, balls)] * balls
+            ball_radii = tuple(1e3 * float(radius) for radius in radii)
             effects = description.get("effects") or ()
             motor, sensors = "motor" in effects, tuple(description.get("sensors") or ())
-            deck, explained = description.get("deck"), Explanation.of(description, balls)
-            arrows = Arrows.of(explained, race)
-            motion = eccentricity if explained.motion is None else 1e3 * explained.motion
-            space = Space.of(deck, race, radii, motion, arrows)
+            deck, explanation = description.get("deck"), Explanation.of(description, balls)
+            arrows = Arrows.of(explanation, race_radius)
+            motion = eccentricity if explanation.motion is None else 1e3 * explanation.motion
+            space = Space.of(deck, race_radius, ball_radii, motion, arrows)
         except (KeyError, TypeError, ValueError) as error:
             raise RecordingError(
                 "the description of a recording needs numbers for race_radius [m], "
@@ -60,22 +60,23 @@ class Drawing:
                 "deck with mounts (places), race_heights, ball_heights and rotor_height [m], and "
                 f"the entries of ab_sim.drive.description.explain: {error!r}"
             ) from error
-        if len(radii) != balls:
+        if len(ball_radii) != balls:
             raise RecordingError(
-                f"the description of a recording gives {len(radii)} ball_radii for {balls} balls; "
-                "give one per ball, or None"
+                f"the description of a recording gives {len(ball_radii)} ball_radii for {balls} "
+                "balls; give one per ball, or None"
             )
         if len(space.ball_heights) != balls:
             raise RecordingError(
                 f"the description of a recording gives {len(space.ball_heights)} ball_heights for "
                 f"{balls} balls; give one per ball"
             )
-        tilts, balance = deck is not None, explained.balance
-        top = TopView(race, radii, arrows, balance)
-        curves = Curves(balls, eccentricity, tilts, explained)
+        tilts, balance = deck is not None, explanation.balance
+        top = TopView(race_radius, ball_radii, arrows, balance)
+        curves = Curves(balls, eccentricity, tilts, explanation)
         return cls(
-            race, eccentricity, balls, radii, motor, sensors, tilts, explained, top, space, curves
-        )
+            race_radius, eccentricity, balls, ball_radii, motor, sensors, tilts, explanation, top,
+            space, curves,
+        )  # fmt: skip
 
     @property
     def needs(self) -> tuple[str, ...]:

@@ -24,8 +24,8 @@ class Explanation:
     """Moments m_i R of the balls [kg m], shape (balls,)."""
     balance: Balance | None
     """Balanced, or best, positions of the balls."""
-    alone: RotorWithoutBalls | None
-    """Same drive without balls."""
+    without_balls: RotorWithoutBalls | None
+    """Constants of the same drive without balls."""
     driven: DrivenBalls | None
     """Constants of the driving forces on the balls."""
     critical_speed: float | None
@@ -36,7 +36,7 @@ class Explanation:
     """Variable-speed period: its start_speed and end_speed [rad/s], its acceleration, and that
     around it [rad/s^2]."""
     left_out: Mapping[str, str]
-    """Reasons for a missing ``balance`` or ``alone``."""
+    """Reasons for a missing ``balance`` or ``without_balls``."""
 
     @classmethod
     def of(cls, description: Mapping[str, Any], balls: int) -> Explanation:
@@ -45,18 +45,19 @@ class Explanation:
         Raises:
             KeyError, TypeError, ValueError: the values are not those of ``explain``.
         """
-        balance, alone, driven = (description.get(name) for name in ("balance", "alone", "driven"))
-        sections = {"balance": balance, "alone": alone}
+        names = ("balance", "without_balls", "driven")
+        balance, without_balls, driven = (description.get(name) for name in names)
+        sections = {"balance": balance, "without_balls": without_balls}
         why = {
             name: str(it["left_out"]) for name, it in sections.items() if it and "left_out" in it
         }
         moments = description.get("moments")
-        explained = cls(
+        explanation = cls(
             _number(description.get("motion")),
             _number(description.get("unbalance")) if moments is not None else None,
             np.array(moments or [], dtype=float),
             _tuple_of(Balance, None if "balance" in why else balance),
-            _tuple_of(RotorWithoutBalls, None if "alone" in why else alone),
+            _tuple_of(RotorWithoutBalls, None if "without_balls" in why else without_balls),
             _tuple_of(DrivenBalls, driven),
             _number(description.get("critical_speed")),
             _number(description.get("top_speed")),
@@ -64,12 +65,12 @@ class Explanation:
             why,
         )
         counts = {balls}
-        counts |= {len(explained.moments)} if moments is not None else set()
-        counts |= {len(explained.balance.angles)} if explained.balance else set()
-        counts |= {len(explained.driven.masses)} if explained.driven else set()
+        counts |= {len(explanation.moments)} if moments is not None else set()
+        counts |= {len(explanation.balance.angles)} if explanation.balance else set()
+        counts |= {len(explanation.driven.masses)} if explanation.driven else set()
         if len(counts) > 1:
             raise ValueError(f"moments, balance and driven must be those of {balls} balls")
-        return explained
+        return explanation
 
     @property
     def vectors(self) -> bool:
@@ -78,10 +79,12 @@ class Explanation:
 
 
 def _number(value: Any) -> float | None:
+    """Return a value as a number; None remains."""
     return None if value is None else float(value)
 
 
 def _numbers(values: Any) -> dict[str, float] | None:
+    """Return the numbers of a variable-speed period, see `Explanation.period`; None remains."""
     if values is None:
         return None
     names = ("start_speed", "end_speed", "acceleration", "around")
@@ -89,6 +92,7 @@ def _numbers(values: Any) -> dict[str, float] | None:
 
 
 def _tuple_of(kind: Any, fields: Any) -> Any:
+    """Return a named tuple of a class from JSON-able fields; None remains."""
     if fields is None:
         return None
     fixed = {name: tuple(map(float, v)) if isinstance(v, list) else v for name, v in fields.items()}

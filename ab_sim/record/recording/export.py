@@ -40,7 +40,7 @@ class Part:
     """Decimation: every ``every``-th sample, beginning with the first."""
     channels: tuple[str, ...] | None = None
     """Channels in this order; None: all, and those of ``DERIVED``."""
-    hangs: tuple[float, float] | None = (0.0, 0.0)
+    rest: tuple[float, float] | None = (0.0, 0.0)
     """x and y [m] of the deck at rest, from which ``DERIVED`` is measured; None: unknown."""
 
     def names(self, run: StoredRun) -> tuple[str, ...]:
@@ -50,11 +50,11 @@ class Part:
             InputError: the recording lacks a selected channel, or has no channels; or a channel is
                 selected twice.
         """
-        there = run.channels
-        if {"x", "y", "angle"} <= set(there):
-            derived = tuple(name for name in DERIVED if name not in there)
-            if self.hangs is not None:
-                there = (*there, *derived)
+        available = run.channels
+        if {"x", "y", "angle"} <= set(available):
+            derived = tuple(name for name in DERIVED if name not in available)
+            if self.rest is not None:
+                available = (*available, *derived)
             elif unknown := [name for name in derived if name in (self.channels or ())]:
                 raise InputError(
                     f"{run.path}: --channels {unknown[0]}: is measured from the deck's rest "
@@ -62,10 +62,10 @@ class Part:
                 )
         if not run.channels:
             raise InputError(f"{run.path}: the recording is empty; there is nothing to export")
-        names = there if self.channels is None else self.channels
+        names = available if self.channels is None else self.channels
         for name in names:
             try:
-                column_of(name, there)
+                column_of(name, available)
             except KeyError as error:
                 raise InputError(f"{run.path}: {error.args[0]}") from error
         if len(set(names)) < len(names) or not names:
@@ -86,12 +86,13 @@ class Part:
             if time[0] > self.end:
                 return
             if derived:
-                x, y, angle = (block[:, -4:-1] - (*(self.hangs or (0.0, 0.0)), 0.0)).T
+                x, y, angle = (block[:, -4:-1] - (*(self.rest or (0.0, 0.0)), 0.0)).T
                 computed = _derived(x, y, angle, turns)
                 for name in derived:
                     block[:, names.index(name)] = computed[name]
                 block = np.delete(block, (-4, -3, -2), axis=1)
             inside = block[(time >= self.begin) & (time <= self.end), :-1]
+            # Every ``every``-th sample of the selected ones, counted over all blocks.
             chosen = inside[(-seen) % self.every :: self.every]
             read, seen = read + len(block), seen + len(inside)
             yield read, chosen
@@ -182,6 +183,7 @@ def _schema(names: Sequence[str], description: Mapping[str, Any]) -> pa.Schema:
 
 
 def _parquet(file: Path, schema: pa.Schema) -> Any:
+    """Return a writer of Parquet."""
     return pa.parquet.ParquetWriter(file, schema, compression="zstd")
 
 

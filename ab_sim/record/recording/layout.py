@@ -43,7 +43,12 @@ _READING = re.compile(r"([a-z][a-z0-9_]*)_[123]")
 
 
 def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
-    """Return Rerun columns of components ``KIND:NAME``, from values of shape (rows, series)."""
+    """Return Rerun's columns of the components ``KIND:NAME``.
+
+    Args:
+        kind: prefix of the components' names.
+        values: values by name, shape (rows, series).
+    """
     columns: list[Any] = []
     for name, value in values.items():
         rows, series = value.shape
@@ -53,20 +58,20 @@ def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
 
 
 def plotted_columns(values: Mapping[str, Array]) -> list[Any]:
-    """Return Rerun columns of computed curves, in single precision."""
+    """Return Rerun's columns of computed curves, in single precision; see ``named_columns``."""
     return named_columns(
         DERIVED, {name: value.astype(np.float32) for name, value in values.items()}
     )
 
 
 def scalar_columns(values: Array) -> Any:
-    """Return Rerun columns of Scalars, from values of shape (rows, series)."""
+    """Return Rerun's columns of ``Scalars``, from values of shape (rows, series)."""
     rows, series = values.shape
     return rr.Scalars.columns(scalars=values.ravel()).partition(np.full(rows, series))
 
 
 def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeColumn]:
-    """Return the timelines of rows, from their times [s] and steps."""
+    """Return Rerun's timelines of rows: ``sim_time`` from times [s], and ``step`` if given."""
     # Rounded here, because Rerun truncates: 0.003 s would become 2,999,999 ns.
     nanoseconds = np.rint(np.asarray(time, dtype=np.float64) * 1e9).astype("timedelta64[ns]")
     index = [rr.TimeColumn("sim_time", duration=nanoseconds)]
@@ -81,7 +86,10 @@ def entity_path(*parts: str) -> str:
 
 
 def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:
-    """Return the columns of each group of channels, without ``step``, which is a timeline."""
+    """Return the indices of the channels in each group, by name of the group.
+
+    ``step`` is in no group, because it is a timeline.
+    """
     layout: dict[str, list[int]] = {}
     for column, name in enumerate(channels):
         if name != "step":
@@ -90,6 +98,7 @@ def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:
 
 
 def _group_of(channel: str) -> str:
+    """Return the group of a channel, as in the table of `ab_sim.record.recording`."""
     if channel in _GROUP:
         return _GROUP[channel]
     if ball := _BALL_CHANNEL.fullmatch(channel):
@@ -100,9 +109,10 @@ def _group_of(channel: str) -> str:
 
 
 def vector_columns(channels: Sequence[str]) -> dict[str, list[int]]:
-    """Return the columns of vectors whose lengths are plotted: acceleration and sensor readings.
+    """Return the channels' indices of each vector with a plotted length, by group.
 
-    The components of a fast vibration would fill the plot as solid blocks; the length does not.
+    These are the deck's acceleration and the sensors' readings. The components of a fast vibration
+    would fill the plot as solid blocks; the length does not.
     """
     layout = layout_of(channels)
     wanted = [name for name in layout if name == "deck_acceleration" or name.startswith("sensor_")]

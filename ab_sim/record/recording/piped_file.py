@@ -103,6 +103,7 @@ class PipedFile:
                 self._path.unlink()
 
     def _pump(self) -> None:
+        """Copy data as they arrive, until Rerun closes the pipe; runs in its own thread."""
         poll = select.poll()
         poll.register(self._pipe)
         while self._drain():

@@ -87,6 +87,7 @@ class Chunk:
         return np.asarray(column.to_numpy())
 
     def _flat(self, name: str, per_row: int | None) -> pa.ChunkedArray:
+        """Return the values of a component or timeline in one column; check their number."""
         if self.table.schema.names.count(name) != 1:
             raise self._wrong(name, "is missing or duplicate")
         column, rows = self.table[name], self.table.num_rows
@@ -99,12 +100,14 @@ class Chunk:
         return column
 
     def _wrong(self, name: str, reason: str) -> RecordingError:
+        """Return the error of a component that cannot be used."""
         return _damaged(self.place, f"{name} of {self.entity_path} {reason}")
 
 
 class RerunFile:
-    """Rerun file in its state when it is opened; of a file in progress, complete messages are read.
+    """Reader of a Rerun file, up to its size when it is opened.
 
+    An incomplete message at the end, as in a file that is still written, is not read.
     ``recordings`` has the identifiers of the recordings in the file; there are several after
     `rerun rrd merge`. ``torn`` is the reason why the end cannot be read, or None.
 
@@ -151,7 +154,15 @@ class RerunFile:
                 yield Chunk(*content, place)
 
     def _parsed(self, wanted: int, parse: Callable[[bytes], T]) -> Iterator[tuple[str, T]]:
-        """Yield place and parsed content of each message of a kind."""
+        """Yield the messages of a kind.
+
+        Args:
+            wanted: kind of the messages.
+            parse: function that parses the bytes of a message.
+
+        Yields:
+            Place for error messages (file and byte), and parsed content.
+        """
         at = _HEADER
         with _reading(self.path), self.path.open("rb") as file:
             if file.read(_HEADER)[: len(_MAGIC)] != _MAGIC or self.size < _HEADER:
@@ -184,6 +195,7 @@ def _recording_in(message: bytes) -> str | None:
 
 
 def _name_of_recording(store: bytes) -> str | None:
+    """Return the identifier in a store's protobuf message; None for a blueprint."""
     fields = fields_of(store)
     return str(fields[2][0], "utf-8") if fields[1] == [_RECORDING] else None
 
@@ -200,6 +212,7 @@ def _unpacked(fields: dict[int, list[Any]]) -> bytes | pa.Buffer:
 
 @contextmanager
 def _reading(path: Path) -> Iterator[None]:
+    """Convert an `OSError` in the context to a `RecordingError` that names the file."""
     try:
         yield
     except OSError as error:

@@ -26,8 +26,10 @@ from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.layout import Array
 
 REACH = 0.62
-"""Drawn length of the largest unbalance, of the rotor or of all balls at one place, relative to the
-race's radius."""
+"""Drawn length of the longest arrow, relative to the race's radius.
+
+It is that of the rotor's unbalance, or of all balls at one place.
+"""
 
 
 class Arrows(NamedTuple):
@@ -41,13 +43,13 @@ class Arrows(NamedTuple):
     """Drawn length [mm] per unbalance [kg m]."""
 
     @classmethod
-    def of(cls, explained: Explanation, race: float) -> Arrows | None:
-        """Return the arrows for a race's radius [mm]; None without an unbalance."""
-        if not explained.vectors:
+    def of(cls, explanation: Explanation, race_radius: float) -> Arrows | None:
+        """Create the arrows for a race's radius [mm]; None without an unbalance."""
+        if not explanation.vectors:
             return None
-        assert explained.unbalance is not None
-        longest = max(explained.unbalance, float(explained.moments.sum()))
-        return cls(explained.unbalance, explained.moments, REACH * race / longest)
+        assert explanation.unbalance is not None
+        longest = max(explanation.unbalance, float(explanation.moments.sum()))
+        return cls(explanation.unbalance, explanation.moments, REACH * race_radius / longest)
 
     @property
     def labels(self) -> list[str]:
@@ -76,13 +78,15 @@ class Arrows(NamedTuple):
         return np.column_stack([none, rotor, none]), np.column_stack([rotor, balls, rotor + balls])
 
 
-def shrunk(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
-    """Return the drawn radii of balls, which are smaller for a ball that covers an earlier one.
+def shrunk(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Array:
+    """Return the radii at which balls are drawn, so that balls at one place are all visible.
+
+    A ball that covers an earlier one is drawn smaller, at the same place as a ring inside it.
 
     Args:
         angles: angles of the balls [rad], shape (rows, balls).
-        race: radius of the circle of the balls' centres.
-        radii: radii of the balls, in the unit of ``race``.
+        race_radius: radius of the circle of the balls' centres.
+        radii: radii of the balls, in the unit of ``race_radius``.
 
     Returns:
         Radii in this unit, shape (rows, balls).
@@ -90,12 +94,12 @@ def shrunk(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
     drawn = np.tile(radii, (len(angles), 1))
     for ball in range(1, len(radii)):
         inside = np.minimum(radii[ball], 0.62 * drawn[:, :ball])
-        cover = _cover(angles, ball, race, radii[ball])
+        cover = _cover(angles, ball, race_radius, radii[ball])
         drawn[:, ball] = (radii[ball] + cover * (inside - radii[ball])).min(axis=1)
     return drawn
 
 
-def stacked(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
+def stacked(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Array:
     """Return the heights at which balls are drawn above the race, shape (rows, balls).
 
     A ball inside another would be invisible in space, so a ball that covers an earlier one is drawn
@@ -104,13 +108,16 @@ def stacked(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
     heights = np.zeros(angles.shape)
     for ball in range(1, len(radii)):
         above = heights[:, :ball] + np.array(radii[:ball]) + radii[ball]
-        heights[:, ball] = (_cover(angles, ball, race, radii[ball]) * above).max(axis=1)
+        heights[:, ball] = (_cover(angles, ball, race_radius, radii[ball]) * above).max(axis=1)
     return heights
 
 
-def _cover(angles: Array, ball: int, race: float, radius: float) -> Array:
-    """Return the overlap with each earlier ball: 1 at the same place, 0 at a radius or more."""
-    chord = 2.0 * race * np.abs(np.sin(0.5 * (angles[:, :ball] - angles[:, ball, None])))
+def _cover(angles: Array, ball: int, race_radius: float, radius: float) -> Array:
+    """Return the overlap of a ball with each earlier one, shape (rows, earlier balls).
+
+    It is 1 at the same place, and 0 at a distance of the ball's ``radius`` or more.
+    """
+    chord = 2.0 * race_radius * np.abs(np.sin(0.5 * (angles[:, :ball] - angles[:, ball, None])))
     return np.asarray(np.clip(1.0 - chord / radius, 0.0, 1.0))
 
 
@@ -122,7 +129,7 @@ the samples on top of those of this entity."""
 _SIDE = 1.35
 """Half the width of the picture, relative to the race's radius."""
 _TOP, _BOTTOM = -1.55, 1.8
-"""Upper and lower edge of the picture, with room for labels."""
+"""Upper and lower edge of the picture, with room for labels, relative to the race's radius."""
 _CORNERS = np.array([[-1.15, -1.5], [1.15, -1.5], [-1.15, 1.3], [1.15, 1.3]])
 """Positions of the legend's points, relative to the race's radius; labels are below them."""
 
@@ -131,24 +138,26 @@ _CORNERS = np.array([[-1.15, -1.5], [1.15, -1.5], [-1.15, 1.3], [1.15, 1.3]])
 class TopView:
     """Drawing of a drive from above."""
 
-    race: float
+    race_radius: float
     """Radius of the circle on which the balls' centres run [mm]."""
-    radii: tuple[float, ...]
+    ball_radii: tuple[float, ...]
     """Radii of the balls [mm]."""
     arrows: Arrows | None
+    """Arrows of unbalances; None: not drawn."""
     balance: Balance | None
+    """Positions of the balls that are marked by rings; None: not drawn."""
 
     def scenery(self) -> Parts:
         """Yield the parts of the drawing that do not change, which are logged once."""
-        r, widest = self.race, max(self.radii, default=0.0)
+        r, widest = self.race_radius, max(self.ball_radii, default=0.0)
         c, mark = 0.1 * r, 0.88 * r
         cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
         yield "/above/rest", rr.LineStrips2D(cross, colors=GREY, radii=0.006 * r)
         yield f"{ROTOR}/race", _rings([0.0], [0.0], [r + widest], GREY, 0.012 * r)
         unbalance = rr.Points2D([[mark, 0]], colors=UNBALANCE, radii=0.05 * r)
         yield f"{ROTOR}/unbalance", unbalance
-        if self.radii:
-            colors = [ball_colour(ball) for ball in range(len(self.radii))]
+        if self.ball_radii:
+            colors = [ball_colour(ball) for ball in range(len(self.ball_radii))]
             yield ROTOR, rr.Points2D.from_fields(colors=colors)
         if self.balance is not None:
             angles = np.array(self.balance.angles)
@@ -157,7 +166,7 @@ class TopView:
                 _rings(
                     r * np.cos(angles),
                     -r * np.sin(angles),
-                    1.25 * np.array(self.radii),
+                    1.25 * np.array(self.ball_radii),
                     BALANCED,
                     0.014 * r,
                 ),
@@ -170,7 +179,7 @@ class TopView:
             yield f"{ROTOR}/legend", self._legend(self.arrows)
 
     def frames(self, angle: Array, place: Array, balls: Array) -> list[Any]:
-        """Return the columns of the rotor, one row per frame.
+        """Return Rerun's columns of the rotor, one row per frame.
 
         Args:
             angle: angle of the spindle [rad], shape (rows,).
@@ -182,11 +191,11 @@ class TopView:
         half = -0.5 * np.remainder(angle, 2 * np.pi)
         spun = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
         rotor = [*rr.Transform3D.columns(translation=shaft, quaternion=spun)]
-        if self.radii:
-            places = self.race * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
-            drawn = shrunk(balls, self.race, self.radii)
+        if self.ball_radii:
+            places = self.race_radius * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
+            drawn = shrunk(balls, self.race_radius, self.ball_radii)
             points = rr.Points2D.columns(positions=places.reshape(-1, 2), radii=drawn.ravel())
-            rotor += points.partition(np.full(rows, len(self.radii)))
+            rotor += points.partition(np.full(rows, len(self.ball_radii)))
         if self.arrows is not None:
             begin, way = self.arrows.drawn(balls)
             arrows = rr.Arrows2D.columns(origins=_flat(begin), vectors=_flat(way))
@@ -199,15 +208,15 @@ class TopView:
         if self.balance is not None:
             labels.append("balanced" if self.balance.residual == 0.0 else "best place")
             colors.append(BALANCED)
-        places = self.race * _CORNERS[: len(labels)]
+        places = self.race_radius * _CORNERS[: len(labels)]
         return rr.Points2D(
-            places, colors=colors, radii=0.03 * self.race, labels=labels, show_labels=True
+            places, colors=colors, radii=0.03 * self.race_radius, labels=labels, show_labels=True
         )
 
     def view(self) -> rrb.View:
         """Return the view of the drive from above."""
-        sides = np.array([-_SIDE, _SIDE]) * self.race
-        height = np.array([_TOP, _BOTTOM]) * self.race
+        sides = np.array([-_SIDE, _SIDE]) * self.race_radius
+        height = np.array([_TOP, _BOTTOM]) * self.race_radius
         return rrb.Spatial2DView(
             name="Top view",
             origin=ROTOR,
@@ -217,10 +226,12 @@ class TopView:
 
 
 def _flat(points: Array) -> Array:
+    """Return complex points as rows (x, -y): in Rerun's 2-D views, y points downwards."""
     return np.column_stack([points.real.ravel(), -points.imag.ravel()])
 
 
 def _rings(x: Any, y: Any, radii: Any, color: Any, line: float) -> Any:
+    """Return rings around points [mm] with a colour and a radius ``line`` of the lines [mm]."""
     turn = np.linspace(0, 2 * np.pi, 121)
     circle = np.column_stack([np.cos(turn), np.sin(turn)])
     rings = [
@@ -247,22 +258,23 @@ class Space:
     """Heights of the balls [mm]."""
     rotor_height: float
     """Height of the rotor [mm]."""
-    race: float
+    race_radius: float
     """Radius of the circle of the balls' centres [mm]."""
-    radii: tuple[float, ...]
+    ball_radii: tuple[float, ...]
     """Radii of the balls [mm]."""
     factor: float
     """Factor by which displacement and tilt are exaggerated."""
     tilts: bool
     """True if the deck moves in space, and not only in the plane of the disc."""
     arrows: Arrows | None
+    """Arrows of unbalances; None: not drawn."""
 
     @classmethod
     def of(
         cls,
         deck: Mapping[str, Any] | None,
-        race: float,
-        radii: tuple[float, ...],
+        race_radius: float,
+        ball_radii: tuple[float, ...],
         motion: float,
         arrows: Arrows | None,
     ) -> Space:
@@ -271,8 +283,8 @@ class Space:
         Args:
             deck: section of the description, lengths in m; None for a deck in the plane of the
                 disc, which is drawn as a square.
-            race: radius of the circle of the balls' centres [mm].
-            radii: radii of the balls [mm].
+            race_radius: radius of the circle of the balls' centres [mm].
+            ball_radii: radii of the balls [mm].
             motion: size of the deck's motion [mm].
             arrows: arrows to draw.
 
@@ -281,23 +293,23 @@ class Space:
         """
         if deck is None:
             flat = dict.fromkeys(("race_heights",), [0.0]) | {"rotor_height": 0.0}
-            corner = 1e-3 * PLATE * race
+            corner = 1e-3 * PLATE * race_radius
             mounts = [[x, y, 0.0] for x in (-corner, corner) for y in (-corner, corner)]
             sections: Mapping[str, Any] = flat | {
                 "mounts": mounts,
-                "ball_heights": [0.0] * len(radii),
+                "ball_heights": [0.0] * len(ball_radii),
             }
         else:
             sections = deck
         points = 1e3 * np.array(sections["mounts"], dtype=float).reshape(-1, 3)
-        size = max([race, *np.hypot(points[:, 0], points[:, 1])])
+        size = max([race_radius, *np.hypot(points[:, 0], points[:, 1])])
         return cls(
             points,
             tuple(1e3 * float(height) for height in sections["race_heights"]),
             tuple(1e3 * float(height) for height in sections["ball_heights"]),
             1e3 * float(sections["rotor_height"]),
-            race,
-            radii,
+            race_radius,
+            ball_radii,
             _round_down(_SHOWN * size / motion) if motion > 0 else 1.0,
             deck is not None,
             arrows,
@@ -305,7 +317,7 @@ class Space:
 
     def scenery(self) -> Parts:
         """Yield the parts of the drawing that do not change, which are logged once."""
-        r, (low, high) = self.race, self._plate()
+        r, (low, high) = self.race_radius, self._plate()
         plate = _rectangle(low, high)
         line = 0.01 * r
         axis = [0, 0, -0.5 * r], [0, 0, 1.2 * r]
@@ -318,9 +330,9 @@ class Space:
         yield "/space/deck/mounts", rr.Points3D(self.mounts, colors=_SPRING, radii=0.05 * r)
         yield "/space/deck/axis", rr.LineStrips3D([axis], colors=_DECK, radii=line)
         for i, height in enumerate(self.race_heights):
-            ring = _circle(r + max(self.radii, default=0.0), height)
+            ring = _circle(r + max(self.ball_radii, default=0.0), height)
             yield f"/space/deck/races/{i}", rr.LineStrips3D([ring], colors=GREY, radii=1.5 * line)
-        disc = _disc(DISC * r, self.rotor_height - max(self.radii, default=0.02 * r))
+        disc = _disc(DISC * r, self.rotor_height - max(self.ball_radii, default=0.02 * r))
         yield "/space/deck/rotor/disc", disc
         heavy = [[MARK_PLACE * r, 0.0, self.rotor_height]]
         yield (
@@ -328,8 +340,8 @@ class Space:
             rr.Points3D(heavy, colors=UNBALANCE, radii=MARK * r),
         )
         if self.ball_heights:
-            colors = [ball_colour(ball) for ball in range(len(self.radii))]
-            yield "/space/deck/rotor", rr.Points3D.from_fields(colors=colors, radii=self.radii)
+            colors = [ball_colour(ball) for ball in range(len(self.ball_radii))]
+            yield "/space/deck/rotor", rr.Points3D.from_fields(colors=colors, radii=self.ball_radii)
         if self.arrows is not None:
             yield (
                 "/space/deck/rotor",
@@ -337,7 +349,7 @@ class Space:
             )
 
     def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
-        """Yield the columns of moving parts by entity, one row per frame.
+        """Yield Rerun's columns of moving parts by entity, one row per frame.
 
         Args:
             angle: angle of the spindle [rad], shape (rows,).
@@ -364,13 +376,14 @@ class Space:
         if self.ball_heights:
             heights = self.ball_heights + self._stacked(balls)
             places = np.stack(
-                [self.race * np.cos(balls), self.race * np.sin(balls), heights], axis=-1
+                [self.race_radius * np.cos(balls), self.race_radius * np.sin(balls), heights],
+                axis=-1,
             )
             points = rr.Points3D.columns(positions=places.reshape(-1, 3))
             rotor += points.partition(np.full(rows, balls.shape[1]))
         if self.arrows is not None:
             begin, way = self.arrows.drawn(balls)
-            above = self.rotor_height + 0.03 * self.race
+            above = self.rotor_height + 0.03 * self.race_radius
             arrows = rr.Arrows3D.columns(
                 origins=_flat_in_space(begin, above), vectors=_flat_in_space(way, 0.0)
             )
@@ -392,14 +405,14 @@ class Space:
         )
 
     def _stacked(self, balls: Array) -> Array:
-        """Return the lift of overlapping balls in one race, to be visible; 0 with several races."""
+        """Return the lift of balls [mm] that overlap in one race; 0 with several races."""
         if len({*self.ball_heights}) > 1:
             return np.zeros_like(balls)
-        return stacked(balls, self.race, self.radii)
+        return stacked(balls, self.race_radius, self.ball_radii)
 
     def _plate(self) -> tuple[Array, Array]:
         """Return two opposite corners of the drawn plate, which spans the mounts and the race."""
-        ring = self.race * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
+        ring = self.race_radius * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
         points = np.vstack([self.mounts, ring])
         low, high = points.min(axis=0), points.max(axis=0)
         low[2] = high[2] = self.mounts[:, 2].mean() if len(self.mounts) else 0.0
@@ -407,11 +420,11 @@ class Space:
 
     def _anchors(self) -> Array:
         """Return the mounts' attachments to the housing, drawn below the deck for visibility."""
-        return self.mounts - [0.0, 0.0, 0.6 * self.race]
+        return self.mounts - [0.0, 0.0, 0.6 * self.race_radius]
 
 
 def _more(turn: Array, factor: float) -> Array:
-    """Return quaternions of rotations about the same axes, with angles multiplied by a factor."""
+    """Return quaternions (w, x, y, z), shape (rows, 4), with angles multiplied by a factor."""
     turn = turn * np.where(turn[:, :1] < 0, -1.0, 1.0)
     sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
     half = factor * np.arctan2(sine, turn[:, :1])
@@ -435,11 +448,13 @@ def _round_down(factor: float) -> float:
 
 
 def _rectangle(low: Array, high: Array) -> Array:
+    """Return the corners of a horizontal rectangle as a closed line, from two opposite ones."""
     x, y, z = low[0], low[1], low[2]
     return np.array([[x, y, z], [high[0], y, z], [high[0], high[1], z], [x, high[1], z], [x, y, z]])
 
 
 def _circle(radius: float, height: float) -> Array:
+    """Return the points of a horizontal circle as a closed line, shape (points, 3)."""
     turn = np.linspace(0, 2 * np.pi, 121)
     return np.column_stack(
         [radius * np.cos(turn), radius * np.sin(turn), np.full_like(turn, height)]

@@ -88,17 +88,22 @@ def rms(time: Array, vectors: Array) -> float:
 
 
 class Final(NamedTuple):
-    """Root mean square over the last stretch of a run, and the stretch's ends [s]."""
+    """Root mean square over the last stretch of a run."""
 
     rms: float
+    """Root mean square, in the unit of the values."""
     begin: float
+    """Start of the stretch [s]."""
     end: float
+    """End of the stretch [s]."""
 
 
 class FinalRms:
     """Computes the root mean square over the last stretch of values that arrive in blocks.
 
-    Cumulative sums are kept. If there are more than `MOST_SUMS`, every second one is dropped.
+    The length of the stretch depends on the number of all values. So cumulative sums are kept, and
+    their difference gives any stretch. If there are more than `MOST_SUMS`, every second one is
+    dropped, which limits the memory and only moves the start of the stretch slightly.
     """
 
     def __init__(self) -> None:
@@ -125,7 +130,7 @@ class FinalRms:
 
 
 def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
-    """Return the size of the once-per-turn part, and that of the rest.
+    """Return the size of the once-per-turn part of vectors, and that of the rest.
 
     The last whole revolutions are weighted by Hann's window over the *angle*. So the result is also
     right if the speed changes, or if revolutions are not a whole number of rows.
@@ -170,6 +175,8 @@ def spectrum(step: float, vectors: Array) -> tuple[Array, Array]:
     rows = len(vectors)
     window = 1.0 - np.cos(2.0 * np.pi * np.arange(rows) / rows)
     lines = np.fft.rfft(window[:, None] * (vectors - vectors.mean(axis=0)), axis=0) / window.sum()
+    # A line stands for the frequencies of both signs, except the first and, if the number of rows
+    # is even, the last.
     power = 2.0 * np.sum(np.abs(lines) ** 2, axis=1)
     power[0] *= 0.5
     if rows % 2 == 0:

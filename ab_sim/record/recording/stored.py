@@ -30,10 +30,12 @@ BLOCK_ROWS = 10_000
 
 @dataclass(frozen=True)
 class Event:
-    """Entry of `Recording.event`; ``time`` [s] is rounded to 1 ns, ``level`` is that of Rerun."""
+    """Entry of `Recording.event`."""
 
     time: float
+    """Time [s], rounded to 1 ns."""
     level: str
+    """Level in Rerun's notation, such as ``INFO`` or ``WARN``."""
     source: str
     text: str
 
@@ -141,6 +143,7 @@ class StoredRun:
         )
 
     def _remarks(self) -> tuple[str, ...]:
+        """Return texts on parts of the file that are not read."""
         remarks = (self.torn,) if self.torn else ()
         recordings = self._file.recordings
         if len(recordings) < 2:
@@ -211,13 +214,14 @@ class StoredRun:
         return self.notes.closed_with == self.extent.rows
 
     def _chunks(self, *prefixes: str) -> Iterator[Chunk]:
+        """Return the chunks of entities with one of the prefixes, up to the file's present end."""
         size = self.path.stat().st_size if self.path.is_file() else -1
         if size < 0 or size != self._file.size:  # the recording is in progress
             self._file = RerunFile(self.path)
         return self._file.chunks(*prefixes)
 
     def _rows(self, names: Sequence[str]) -> Iterator[Array]:
-        """Yield the rows of each chunk; a chunk has all channels of its rows."""
+        """Yield the rows of each chunk, shape (rows, names); a chunk has all their channels."""
         layout = {
             group: [self.channels[column] for column in columns]
             for group, columns in layout_of(self.channels).items()
@@ -285,7 +289,9 @@ def open_recording(path: Path | str) -> StoredRun:
 
 
 _FORMER = "/clock/time"
+"""Entity that only earlier versions of ab_sim wrote."""
 _EVENT = ("TextLog:level", "source", "TextLog:text")
+"""Components of events, in the order of the fields of `Event` after the time."""
 
 
 def _pair(row: Array) -> tuple[float, float]:
@@ -293,6 +299,7 @@ def _pair(row: Array) -> tuple[float, float]:
 
 
 def _description_in(text: str, path: Path) -> dict[str, Any]:
+    """Return the description from the JSON block in the text of ``description_text``."""
     try:
         description = json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0])
         if not isinstance(description, dict):

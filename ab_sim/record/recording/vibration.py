@@ -18,9 +18,10 @@ from ab_sim.record.recording.signals import SlidingWindows, once_per_turn, rms, 
 PHASE_HOP = 0.02
 """Length and spacing of the windows in which the acceleration is determined [s]."""
 STILL, STEADY = 1e-3, 0.02
-"""Speed below which the spindle counts as standing [1], and acceleration below which it counts as
-steady [1/s], relative to the top speed."""
+"""Speed below which the spindle counts as standing, relative to the top speed; and acceleration
+below which it counts as steady, relative to the top speed per second."""
 PERIOD = "variable-speed period"
+"""Name of the phase with the variable speed of `Explanation.period`."""
 PHASES: Mapping[str, Colour] = {
     "standstill": GREY,
     "speeding up": SKY,
@@ -28,6 +29,7 @@ PHASES: Mapping[str, Colour] = {
     "steady": GREY,
     "slowing down": PURPLE,
 }
+"""Colours of the phases by name."""
 LABELS = ("still", "up", "v", "steady", "down")
 """Labels of the phases, short enough for half a second of a run."""
 
@@ -100,6 +102,10 @@ class SpindlePhase:
         return "speeding up" if slope * speed[-1] > 0.0 else "slowing down"
 
     def _in_period(self, period: Mapping[str, float], slope: float, speed: Array) -> bool:
+        """Return whether speed and its slope [rad/s^2] in a window are those of the period.
+
+        Twice the length of a window is allowed for at the ends of the speed's range.
+        """
         apart = abs(period["around"] - period["acceleration"])
         low, high = sorted((period["start_speed"], period["end_speed"]))
         near = 2.0 * PHASE_HOP * period["around"]
@@ -130,7 +136,7 @@ Sent = tuple[str, Array, Any]  # entity, rows with the times, columns
 
 
 def size_curves() -> list[PlottedCurves]:
-    """Return the r.m.s. curves: of the once-per-turn part, of the rest, and of both."""
+    """Return the curves of the vibration's r.m.s.: once per turn, the rest, and both."""
     names = ["once per turn", "the rest"]
     orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, GREEN])
     whole = lines(["r.m.s. of all"], [2.5], colors=[RUN])
@@ -141,7 +147,7 @@ def size_curves() -> list[PlottedCurves]:
 
 
 class VibrationCurves:
-    """Computes the curves from the samples of a run, block by block.
+    """Computes r.m.s. values and spectra of the deck's acceleration, block by block.
 
     Args:
         channels: channels of the samples, with ``ax``, ``ay`` and in space ``az`` [m/s^2].

@@ -34,39 +34,43 @@ _SPACE = ("x", "y", "z", "ax", "ay", "az", "qw", "qx", "qy", "qz")
 Sent = tuple[str, Array, Any]  # entity, rows with the times, columns
 
 
-def _legend_text(drawing: Drawing, final: Final | None, alone: Final | None) -> str:
+def _legend_text(drawing: Drawing, final: Final | None, without_balls: Final | None) -> str:
     """Return the text next to the drawings, in Markdown.
 
     Args:
         drawing: drawing of the drive.
         final: final whirl [m]; None if unknown.
-        alone: final whirl of the drive without balls [m]; None if unknown.
+        without_balls: final whirl of the drive without balls [m]; None if unknown.
     """
-    explained = drawing.explained
+    explanation = drawing.explanation
     parts = [
-        *_final_text(drawing, final, alone),
+        *_final_text(drawing, final, without_balls),
         "**Play**: space. For a tenth of the speed, click 1.00x below and type 0.1; in a narrow "
         "window show the time panel first, by its button at the top.",
-        f"**{_balls_text(drawing.balls)}**, R = {drawing.race:g} mm, e = "
+        f"**{_balls_text(drawing.balls)}**, R = {drawing.race_radius:g} mm, e = "
         f"{drawing.eccentricity:g} mm. {_space_text(drawing)}; grey: the deck at rest.",
         *_arrows_text(drawing),
-        *_balance_text(explained),
-        *_without_balls_text(explained),
+        *_balance_text(explanation),
+        *_without_balls_text(explanation),
         f"{NOTATION}.",
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def _final_text(drawing: Drawing, final: Final | None, alone: Final | None) -> list[str]:
+def _final_text(drawing: Drawing, final: Final | None, without_balls: Final | None) -> list[str]:
+    """Return a sentence on the final whirl; empty if it is unknown."""
     if final is None:
         return []
     e = 1e-3 * drawing.eccentricity
     text = f"W/e = {final.rms / e:.3g}" if e else f"W = {1e3 * final.rms:.3g} mm"
-    share = f", {final.rms / alone.rms:.3g} times that without balls" if alone and alone.rms else ""
+    share = ""
+    if without_balls and without_balls.rms:
+        share = f", {final.rms / without_balls.rms:.3g} times that without balls"
     return [f"**At the end**: {text}{share} (r.m.s. from {final.begin:.4g} to {final.end:.4g} s)."]
 
 
 def _space_text(drawing: Drawing) -> str:
+    """Return the sentence on the exaggeration of the drawing in space."""
     what = "displacement and tilt" if drawing.tilts else "displacement"
     times = drawing.space.factor
     return f"In space: {what} {'to scale' if times == 1.0 else f'{times:g} times as large'}"
@@ -77,6 +81,7 @@ def _balls_text(count: int) -> str:
 
 
 def _arrows_text(drawing: Drawing) -> list[str]:
+    """Return the sentences on the arrows; without arrows, on the mark of the unbalance."""
     if drawing.top.arrows is None:
         return ["Red: the unbalance."]
     if not drawing.balls:
@@ -87,16 +92,17 @@ def _arrows_text(drawing: Drawing) -> list[str]:
     ]
 
 
-def _balance_text(explained: Explanation) -> list[str]:
-    balance = explained.balance
+def _balance_text(explanation: Explanation) -> list[str]:
+    """Return the sentences on the rings at balanced positions, or on their absence."""
+    balance = explanation.balance
     if balance is None:
-        why = explained.left_out.get("balance")
+        why = explanation.left_out.get("balance")
         return [f"No balanced positions are marked: {why}."] if why else []
     turned = np.degrees(in_one_turn(np.array(balance.angles))).tolist()
     angles = sorted({round(angle, 1) for angle in turned})
     places = ", ".join(f"{angle:g}" for angle in angles) + " deg"
-    if balance.residual > 0.0 and explained.unbalance:
-        share = 100.0 * balance.residual / explained.unbalance
+    if balance.residual > 0.0 and explanation.unbalance:
+        share = 100.0 * balance.residual / explanation.unbalance
         whose = "This ball" if len(balance.angles) == 1 else "These balls"
         return [
             f"**{whose} cannot balance the rotor**: green rings mark the best place ({places}), "
@@ -108,10 +114,11 @@ def _balance_text(explained: Explanation) -> list[str]:
     return [f"**Rings**: positions in which the balls balance the rotor ({places}).{many}"]
 
 
-def _without_balls_text(explained: Explanation) -> list[str]:
-    if explained.alone is not None:
+def _without_balls_text(explanation: Explanation) -> list[str]:
+    """Return the sentence on the whirl without balls, or on its absence."""
+    if explanation.without_balls is not None:
         return ["**Whirl**: grey, the same drive without balls, at this run's speed."]
-    why = explained.left_out.get("alone")
+    why = explanation.left_out.get("without_balls")
     return [f"Whirl without balls is not drawn: {why}."] if why else []
 
 
@@ -133,11 +140,15 @@ class DriveView:
         self._columns: list[int] = []
         self._names = channels_for(_SPACE if drawing.tilts else _PLANE, drawing.balls)
         self._frames, self._turn = FrameRate(period), TurnVector()
-        explained = drawing.explained
-        self._vibration = VibrationCurves(self._names, explained.top_speed)
-        self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)
-        self._alone = None if explained.alone is None else WhirlWithoutBalls(explained.alone)
-        self._final, self._final_alone = FinalRms(), FinalRms()  # with and without balls [m]
+        explanation = drawing.explanation
+        self._vibration = VibrationCurves(self._names, explanation.top_speed)
+        self._phase = SpindlePhase(self._names, explanation.top_speed, explanation.period)
+        constants = explanation.without_balls
+        self._without_balls = None if constants is None else WhirlWithoutBalls(constants)
+        self._final, self._final_without_balls = (
+            FinalRms(),
+            FinalRms(),
+        )  # with and without balls [m]
 
     def statics(self) -> Iterator[tuple[str, Any]]:
         """Yield static archetypes, by entity."""
@@ -165,7 +176,7 @@ class DriveView:
         self._columns = [at.get(name, len(channels)) for name in self._names]
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Return the columns of computed curves with a row per sample."""
+        """Return the columns of computed curves with a row per sample, for recorded samples."""
         run = Trajectory(self._names, self._selected(rows))
         self._final.take(run["time"], run.whirl)
         return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
@@ -173,20 +184,22 @@ class DriveView:
     def frames(self, rows: Array) -> Iterator[Sent]:
         """Yield the frames of the drawings for the next samples."""
         every = Trajectory(self._names, self._selected(rows))
+        # The phase needs all samples of a revolution, so it is computed before frames are selected.
         phase = np.angle(self._turn.of(every["angle"], every["x"], every["y"]))
-        thin = self._frames.of(np.column_stack([every.samples, phase]))
-        if not len(thin):
+        chosen = self._frames.of(np.column_stack([every.samples, phase]))
+        if not len(chosen):
             return
-        thin, phase = thin[:, :-1], thin[:, -1]
-        run, drawing = Trajectory(self._names, thin), self._drawing
+        chosen, phase = chosen[:, :-1], chosen[:, -1]
+        run, drawing = Trajectory(self._names, chosen), self._drawing
         angle, place, balls = run["angle"], run.position, run.ball_angles
         for entity, columns in drawing.space.frames(angle, place, run.turn, balls):
-            yield entity, thin, columns
-        alone = None if self._alone is None else self._alone.along(run["time"], run["speed"])
-        if alone is not None:
-            self._final_alone.take(run["time"], alone)
-        curves = plotted_columns(drawing.curves.of_frames(run, phase, alone))
-        yield FRAMES, thin, [*drawing.top.frames(angle, 1e3 * place, balls), *curves]
+            yield entity, chosen, columns
+        without_balls = None
+        if self._without_balls is not None:
+            without_balls = self._without_balls.along(run["time"], run["speed"])
+            self._final_without_balls.take(run["time"], without_balls)
+        curves = plotted_columns(drawing.curves.of_frames(run, phase, without_balls))
+        yield FRAMES, chosen, [*drawing.top.frames(angle, 1e3 * place, balls), *curves]
 
     def slow_curves(self, rows: Array) -> Iterator[Sent]:
         """Yield the curves with few points, such as spectra, for the next samples."""
@@ -199,11 +212,17 @@ class DriveView:
         yield self._about()
 
     def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
-        """Return the layout of the viewer."""
+        """Return the layout of the viewer.
+
+        Args:
+            scalars: names of the scalars, each of which gets a plot.
+            live: whether the viewer follows a growing recording.
+        """
         return blueprint(self._drawing, self._channels, scalars, live=live)
 
     def _about(self) -> tuple[str, Any]:
-        text = _legend_text(self._drawing, self._final.value, self._final_alone.value)
+        """Return the entity of the text next to the drawings, and the text as it is now."""
+        text = _legend_text(self._drawing, self._final.value, self._final_without_balls.value)
         return "/about", rr.TextDocument(text, media_type="text/markdown")
 
     def _selected(self, rows: Array) -> Array:
@@ -244,7 +263,7 @@ class PlotsView:
         return iter(())
 
     def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
-        """Return the layout of the viewer."""
+        """Return the layout of the viewer; see `DriveView.blueprint`."""
         return plain_blueprint(self._channels, scalars, live=live)
 
 

@@ -314,12 +314,14 @@ class Recording:
             raise self._fail(error) from error
 
     def _check_usable(self) -> None:
+        """Raise the error of an earlier write again; refuse a closed recording."""
         if self._error:
             raise self._error
         if self._closed:
             raise RecordingError(f"{self.path} is closed")
 
     def _begin(self, names: tuple[str, ...]) -> None:
+        """Check the channels, write their names, and send the layout."""
         needed = self._view.needs
         missing = [name for name in needed if name not in names]
         if missing or names[:2] != ALWAYS or len(set(names)) < len(names):
@@ -336,6 +338,7 @@ class Recording:
         self._send_layout()
 
     def _declare_scalar(self, name: str) -> None:
+        """Add a scalar, and write the style of its plot."""
         self._scalars[name] = []
         self._static(entity_path("run", name), style(name))
 
@@ -344,6 +347,7 @@ class Recording:
         self._stream.send_blueprint(self._view.blueprint(list(self._scalars), self._followed))
 
     def _check_steps(self, rows: Array) -> None:
+        """Refuse steps that are not whole or do not increase, and times that are not finite."""
         steps = rows[:, 0]
         if not (np.isfinite(rows[:, :2]).all() and (steps == np.rint(steps)).all()):
             raise RecordingError(f"{self.path}: step must be whole and time finite in every row")
@@ -354,12 +358,14 @@ class Recording:
             )
 
     def _keep(self, rows: Array, left_out: Array) -> int:
+        """Collect rows with the numbers of omitted rows up to each; return the number of rows."""
         if len(rows):
             self._blocks.append(rows)
             self._left_out.append(left_out)
         return len(rows)
 
     def _collect(self, count: int) -> None:
+        """Count collected rows, scalars or events; send them when a batch is complete."""
         self._collected += count
         if self._collected >= BATCH_ROWS and self._rows_shown is None:
             self.flush()
@@ -374,21 +380,22 @@ class Recording:
         return True
 
     def _send_collected(self, slow: bool) -> None:
+        """Send all collected rows, events and states, and scalars if ``slow``."""
         rows = np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
         left_out = np.concatenate(self._left_out) if self._left_out else np.empty(0)
         for start in range(0, len(rows), CHUNK_ROWS):
             part = slice(start, start + CHUNK_ROWS)
             self._send_rows(rows[part], left_out[part])
         self._sent += len(rows)
-        for name, noted in self._scalars.items():
-            if noted and slow:
-                times, values = zip(*noted, strict=True)
+        for name, points in self._scalars.items():
+            if points and slow:
+                times, values = zip(*points, strict=True)
                 columns = rr.Scalars.columns(scalars=values)
                 self._send(entity_path("run", name), self._index(times), columns)
-                noted.clear()
-        for source, happened in self._events.items():
-            if happened:
-                times, texts, levels = zip(*happened, strict=True)
+                points.clear()
+        for source, events in self._events.items():
+            if events:
+                times, texts, levels = zip(*events, strict=True)
                 columns = rr.TextLog.columns(text=texts, level=levels)
                 self._send(
                     entity_path("events", source),
@@ -407,6 +414,7 @@ class Recording:
         self._collected = 0
 
     def _send_rows(self, rows: Array, left_out: Array) -> None:
+        """Send rows with their curves; keep them until frames and slow curves are sent."""
         self._rows_without_pictures.append(rows)
         self._rows_without_slow_curves.append(rows)
         if self._rows_shown is not None and not len(rows := self._rows_shown.of(rows)):
@@ -427,7 +435,7 @@ class Recording:
     def _send_derived(
         self, pending: list[Array], derive: Callable[[Array], Iterator[Sent]]
     ) -> None:
-        """Send frames or curves of the pending rows."""
+        """Send the frames or curves that ``derive`` yields for the pending rows; clear these."""
         if not pending:
             return
         rows = np.concatenate(pending)
@@ -442,12 +450,15 @@ class Recording:
         return index_columns(times, np.rint(np.asarray(times) / self._step))
 
     def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
+        """Send columns of an entity with their timelines as one message."""
         rr.send_columns(entity, index, columns, recording=self._stream, strict=True)
 
     def _static(self, entity: str, archetype: Any) -> None:
+        """Send data that hold at all times."""
         rr.log(entity, archetype, static=True, recording=self._stream, strict=True)
 
     def _fail(self, reason: Exception) -> RecordingError:
+        """End the recording after an error of the file, and return the error to raise."""
         if isinstance(reason, FileNotFoundError):
             self.rows_written = self.missing = 0
         elif isinstance(reason, OSError):
