@@ -21,6 +21,7 @@ SHADES = {
     State.RETRY: ORANGE,
     State.ABORTING: VERMILION,
 }
+"""States whose periods are shaded, and their colours."""
 ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
 """Final states, which are marked by a line, and their colours."""
 WIDTH = 0.011
@@ -33,12 +34,13 @@ class Stretch(NamedTuple):
 
     state: State
     begin: float
+    """Start [s]."""
     end: float
-    """Start and end [s]."""
+    """End [s]."""
 
 
 def stretches(history: Sequence[EstimatesAt]) -> Iterator[Stretch]:
-    """Yield the successive states of the controller."""
+    """Yield the periods of the controller's successive states, from its estimates over time."""
     begin = 0
     for k, estimates in enumerate(history):
         last = k + 1 == len(history)
@@ -48,7 +50,10 @@ def stretches(history: Sequence[EstimatesAt]) -> Iterator[Stretch]:
 
 
 def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
-    """Shade dwells, retries and ramps down, and mark the end; name them in the first panel."""
+    """Shade dwells, retries and ramps down in all panels, and mark the end of the start-up.
+
+    Names are in the first panel, in several rows if they would overlap.
+    """
     counts: Counter[State] = Counter()
     rows: list[float] = []
     low, high = panels[0].get_xlim()

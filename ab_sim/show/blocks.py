@@ -57,6 +57,7 @@ class Envelope:
         return times[there], values[there]
 
     def _merge(self, bin_: int, time: np.ndarray, values: np.ndarray) -> None:
+        """Update a bin's extreme samples with times [s] and values, shape (samples, channels)."""
         all_times = np.column_stack([self._times[:, bin_].T, np.tile(time, (values.shape[1], 1))])
         all_values = np.column_stack([self._values[:, bin_].T, values.T])
         finite = np.isfinite(all_values)
@@ -197,7 +198,15 @@ class Waterfall:
 def density_of(
     segment: np.ndarray, scaling: Literal["density", "spectrum"]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies [Hz] and the power summed over axes, of step, time [s] and axes."""
+    """Return the periodogram of a segment, with a Hann window and without the mean.
+
+    Args:
+        segment: samples, shape (samples, columns): step, time [s], then the axes [m/s^2].
+        scaling: density per Hz, or power of a line, as in ``scipy.signal.periodogram``.
+
+    Returns:
+        Frequencies [Hz], and the power summed over all axes.
+    """
     time = segment[:, 1]
     rate = (len(time) - 1) / (time[-1] - time[0])
     frequencies, power = periodogram(
@@ -210,7 +219,8 @@ class OncePerTurn:
     """Part of a vibration across the shaft that turns once per turn, with or against the spindle.
 
     With z = a_1 + i a_2 minus its mean, and c+- = mean(z exp(-+i psi)), the share of this part in
-    the power is (|c+|^2 + |c-|^2) / mean |z|^2.
+    the power is (|c+|^2 + |c-|^2) / mean |z|^2. Sums over all samples suffice, so that no samples
+    are kept.
     """
 
     def __init__(self) -> None:
@@ -251,5 +261,6 @@ class OncePerTurn:
 
     @property
     def _varying(self) -> float:
+        """Mean square of the vibration without its mean [(m/s^2)^2]."""
         mean = abs(self._sums[0] / self._count) ** 2
         return max(self._power / self._count - mean, 0.0)

@@ -19,9 +19,10 @@ from ab_sim.scene.load import SceneLike, as_scene, with_solver
 from ab_sim.scene.model import Scene
 from ab_sim.show.blocks import Envelope
 
-ASKED = ("step", "time", "command")
+NEEDED = ("step", "time", "command")
 """Channels that a comparison needs, in addition to at least one channel to compare."""
 PROFILE, COMMANDS = "the scene's profile", "the recorded commands"
+"""Sources of the spindle's motion in the simulation."""
 
 
 @dataclass
@@ -29,7 +30,9 @@ class ChannelDeviation:
     """Deviation of a channel from the recording."""
 
     channel: str
+    """Name of the channel."""
     unit: str | None
+    """Unit of the channel; None if it has none."""
     largest: float = 0.0
     """Largest |simulated - recorded|, in the channel's unit."""
     at: float = math.nan
@@ -43,9 +46,10 @@ class ChannelDeviation:
     compared: int = 0
     """Number of compared samples; those that are not finite are left out."""
     squares: float = 0.0
+    """Sum of the squared deviations."""
 
     def take(self, time: np.ndarray, recorded: np.ndarray, simulated: np.ndarray) -> None:
-        """Add samples."""
+        """Add samples at the same times [s], each of shape (samples,)."""
         self.same = self.same and recorded.tobytes() == simulated.tobytes()
         both = np.isfinite(recorded) & np.isfinite(simulated)
         if not both.any():
@@ -61,7 +65,7 @@ class ChannelDeviation:
 
     @property
     def rms(self) -> float | None:
-        """Root mean square; None if nothing could be compared."""
+        """Root mean square of the deviation; None if nothing could be compared."""
         return math.sqrt(self.squares / self.compared) if self.compared else None
 
     def relative(self, value: float | None) -> float | None:
@@ -94,17 +98,23 @@ class RecordingComparison(Presented):
     _picture = "comparison"
 
     scene: Scene
+    """Simulated scene."""
     deviations: tuple[ChannelDeviation, ...]
+    """Deviation of each compared channel."""
     not_compared: dict[str, tuple[str, ...]]
     """Channels that were not compared, by the reason."""
     recorded: Envelope
+    """Curves of the compared channels, as recorded."""
     simulated: Envelope
+    """Curves of the compared channels in the simulation."""
     differences: Envelope
+    """Curves of simulated minus recorded values."""
     driven_by: str
     """``PROFILE`` or ``COMMANDS``."""
     aligned: str
     """Method by which samples are aligned in time, as text."""
     rows: int
+    """Number of compared samples."""
     duration: float
     """Duration [s]."""
     notes: tuple[str, ...]
@@ -204,7 +214,7 @@ def compare_recording(
     """
     run = recording if isinstance(recording, StoredRun) else open_recording(recording)
     scene = as_scene(scene)
-    missing = [name for name in ASKED if name not in run.channels]
+    missing = [name for name in NEEDED if name not in run.channels]
     if missing or run.extent.rows == 0:
         what = "it is empty" if not run.channels or not run.extent.rows else ""
         raise InputError(
@@ -317,9 +327,22 @@ def _along(
     stepped: bool = True,
     start: Trajectory | None = None,
 ) -> RecordingComparison:
-    led = ASKED if driven_by == COMMANDS else ASKED[:2]
-    names = [name for name in run.channels if name in drive.channels and name not in led]
-    if set(names) <= set(ASKED):
+    """Simulate a drive along a recording, and compare block by block.
+
+    Args:
+        run: recording.
+        drive: drive at its start.
+        driven_by: ``PROFILE`` or ``COMMANDS``.
+        first: step of the drive's start; if not ``stepped``, its time in the recording [s].
+        notes: restrictions of the comparison.
+        progress: called with the number of compared samples.
+        stepped: whether samples are compared by steps, not by times.
+        start: first sample that replaces the drive's own; None to use the latter.
+    """
+    # Channels that the simulation takes from the recording agree in any case.
+    imposed = NEEDED if driven_by == COMMANDS else NEEDED[:2]
+    names = [name for name in run.channels if name in drive.channels and name not in imposed]
+    if set(names) <= set(NEEDED):
         raise InputError(
             f"{run.path}: has no channel in common with the scene {drive.scene.name}; it has "
             f"{', '.join(run.channels)}"
@@ -328,17 +351,18 @@ def _along(
     deviations = tuple(ChannelDeviation(name, unit_of(name)) for name in names)
     recorded, simulated, differences = (Envelope(names, extent.rows) for _ in range(3))
     done = 0
-    for block in run.blocks((*ASKED, *names)):
+    for block in run.blocks((*NEEDED, *names)):
         steps, time, commands = block[: extent.rows - done, :3].T
         if len(time) == 0:
             break
-        taken = replay.at_steps(steps, commands) if stepped else replay.at_times(time, commands)
-        theirs, ours = block[: len(time), 3:], np.column_stack([taken[name] for name in names])
+        samples = replay.at_steps(steps, commands) if stepped else replay.at_times(time, commands)
+        measured = block[: len(time), 3:]
+        computed = np.column_stack([samples[name] for name in names])
         for at, deviation in enumerate(deviations):
-            deviation.take(time, theirs[:, at], ours[:, at])
-        recorded.take(time, theirs)
-        simulated.take(time, ours)
-        differences.take(time, ours - theirs)
+            deviation.take(time, measured[:, at], computed[:, at])
+        recorded.take(time, measured)
+        simulated.take(time, computed)
+        differences.take(time, computed - measured)
         done += len(time)
         if progress is not None:
             progress(done)

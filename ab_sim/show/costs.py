@@ -18,9 +18,10 @@ REAL_TIME = 1.0
 
 
 def drawn_accuracy(cost: AccuracyCost) -> ResultFigure:
-    """Return the figure of errors of ball angle and whirl over CPU time, log-log.
+    """Return the figure of errors of ball angle and whirl over CPU time, on logarithmic axes.
 
-    Filled marks and full lines are the package's steppers; hollow marks and dashed lines peers.
+    Filled marks and solid lines stand for this package's steppers, hollow marks and dashed lines
+    for other programs.
 
     Args:
         cost: measured costs.
@@ -48,6 +49,15 @@ def drawn_accuracy(cost: AccuracyCost) -> ResultFigure:
 def _accuracy_panel(
     axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: float
 ) -> None:
+    """Draw the errors of one quantity over CPU time, a curve for each method.
+
+    Args:
+        axes: axes of the panel.
+        cost: measured costs.
+        key: quantity, ``angle`` or ``whirl``.
+        text: title of the vertical axis.
+        uncertainty: uncertainty of the reference, in the unit of the errors.
+    """
     methods: dict[str, list[SettingCost]] = {}
     for row in cost.rows:
         if row.errors is not None and row.cpu is not None:
@@ -144,6 +154,7 @@ def drawn_cost(costs: list[EffectCost]) -> ResultFigure:
 
 
 def _cost_panel(axes: Axes, cost: EffectCost) -> None:
+    """Draw a bar per variant of a scene: the median time per step, with quartiles."""
     most = max(row.ns_per_step.upper for row in cost.rows if row.ns_per_step)
     for at, row in enumerate(cost.rows):
         if row.ns_per_step is None or row.ratio is None:

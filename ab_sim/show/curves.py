@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 from ab_sim.base.presentation import NOTATION, in_one_turn
 
 WINDOW = 0.01
-"""Width of the window in which swings are counted, as a share of the time axis."""
+"""Width of the window in which swings are counted, as a fraction of the time axis."""
 SWINGS = 3.3
 """Number of turning points in a window from which on the range of swings is drawn."""
 VISIBLE = 1e-4
@@ -53,7 +53,9 @@ def _turns(values: np.ndarray) -> np.ndarray:
 
 
 def in_degrees(angles: np.ndarray) -> np.ndarray:
-    """Return ball angles in degrees, within the drawn turn; NaN where a ball leaves it.
+    """Return ball angles in degrees, reduced to the drawn turn.
+
+    NaN interrupts the curve where a ball leaves the turn and enters it at the other end.
 
     Args:
         angles: unwrapped ball angles [rad], shape (samples,) or (samples, balls).
@@ -63,6 +65,6 @@ def in_degrees(angles: np.ndarray) -> np.ndarray:
     return degrees
 
 
-def say_conventions(figure: Figure, text: str = "") -> None:
+def write_conventions(figure: Figure, text: str = "") -> None:
     """Write a text below all panels, with a reference to the page on symbols and signs."""
     figure.supxlabel("\n".join(filter(None, (text, NOTATION))), fontsize=8, color="0.4")

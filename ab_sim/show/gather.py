@@ -34,9 +34,11 @@ class RunData:
 
     run: StoredRun
     name: str
+    """Name of the recording in the report."""
     scene: Scene | None
     """Scene of the run; None if it is unknown, so that there are no metrics."""
     metrics: Metrics | None
+    """Metrics of the run; None if its scene is unknown."""
     curves: Envelope
     """Curves of speed, command, whirl, ball angles and more in SI units, if recorded."""
     orbit: np.ndarray
@@ -44,13 +46,15 @@ class RunData:
     last_orbit: np.ndarray
     """Time, x, y [s, m] of the last ``TURNS`` turns, shape (points, 3)."""
     vibrating: str
-    """Name of the vibrating quantity."""
+    """Source of the vibration, as text: a sensor, or the deck's acceleration."""
     vibration: OncePerTurn
     """Vibration in the last tenth of the run."""
     spectrum: PowerSpectrum
     """Spectrum of the last tenth of the run."""
     waterfall: Waterfall
+    """Vibration of the whole run over frequency and spindle speed."""
     notes: tuple[str, ...]
+    """Remarks on the recording for the reader."""
     without_balls: Envelope | None
     """``whirl`` of the drive without balls along the run's speed [m]; None if unknown."""
     final_without_balls: float | None
@@ -96,7 +100,7 @@ class RunData:
 def gather(
     run: StoredRun, name: str, progress: Callable[[int, int], None] | None = None
 ) -> RunData:
-    """Read a recording, in three passes, and keep the data of a report.
+    """Read a recording in several passes, block by block, and keep the data of a report.
 
     Args:
         run: recording to read.
@@ -169,6 +173,8 @@ def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
 
 
 class _Collected:
+    """Data of a report, collected from consecutive blocks of samples."""
+
     def __init__(self, run: StoredRun, scene: Scene | None, count: int) -> None:
         self._run, self._scene = run, scene
         self._rest = (
@@ -189,10 +195,10 @@ class _Collected:
         rate = (self._count - 1) / (end - begin) if end > begin else 1.0
         self._vibration, self._spectrum = OncePerTurn(), PowerSpectrum(self._count - self._last)
         self._waterfall = Waterfall(self._count, rate, _speeds(run))
-        alone = run.description.get("without_balls")
+        rotor = run.description.get("without_balls")
         self._without_balls = None
-        if balls and "speed" in run.channels and isinstance(alone, dict) and "mass" in alone:
-            self._without_balls = WhirlWithoutBalls(RotorWithoutBalls(**alone))
+        if balls and "speed" in run.channels and isinstance(rotor, dict) and "mass" in rotor:
+            self._without_balls = WhirlWithoutBalls(RotorWithoutBalls(**rotor))
         self._frames, self._final_without_balls = FrameRate(PERIOD), FinalRms()
         self._curve_without_balls = Envelope(("whirl",), math.ceil((end - begin) / PERIOD) + 1)
         self._every = max(1, self._count // ORBIT)
@@ -200,12 +206,13 @@ class _Collected:
         self._turning: list[np.ndarray] = []
 
     def take(self, block: Trajectory) -> None:
+        """Add the samples of a block to curves, orbit, spectrum and waterfall."""
         time, have = block["time"], block.channels
-        seen = self._rest.counted_from(block)
+        from_rest = self._rest.counted_from(block)
         columns = [block[name] for name in self._plain]
         if "whirl" in self.curves.channels:
-            columns.append(seen.whirl)
-            self._take_orbit(seen)
+            columns.append(from_rest.whirl)
+            self._take_orbit(from_rest)
         if block.tilts:
             columns += list((block.tilt - self._rest.tilt).T)
         if self._scene is not None and block.balls:
@@ -220,6 +227,7 @@ class _Collected:
         self.curves.take(time, np.column_stack(columns) if columns else np.empty((len(time), 0)))
         if self._axes:
             axes = np.column_stack([block[name] for name in self._axes])
+            # Steps of a decimated run are counted in kept ones, so that they have no gaps.
             step = block["step"] // self._run.every
             late = slice(max(self._last - self._done, 0), None)
             self._spectrum.take(step[late], time[late], axes[late])
@@ -229,12 +237,13 @@ class _Collected:
                 self._waterfall.take(step, time, np.abs(block["speed"]), axes)
         self._done += len(block)
 
-    def _take_orbit(self, seen: Trajectory) -> None:
-        rows = np.column_stack([seen["time"], seen["x"], seen["y"]])
+    def _take_orbit(self, from_rest: Trajectory) -> None:
+        """Add selected samples to the orbit, and all samples to that of the last turns."""
+        rows = np.column_stack([from_rest["time"], from_rest["x"], from_rest["y"]])
         self._orbit.append(rows[(-self._done) % self._every :: self._every].copy())
-        if "angle" not in seen.channels:
+        if "angle" not in from_rest.channels:
             return
-        self._turning.append(np.column_stack([rows, seen["angle"]]))
+        self._turning.append(np.column_stack([rows, from_rest["angle"]]))
         # Blocks before the last turns are not needed any more.
         end = self._turning[-1][-1, 3]
         while len(self._turning) > 1 and _turns(end, self._turning[0][-1, 3]) > TURNS:
@@ -243,21 +252,23 @@ class _Collected:
             del self._turning[:50]
 
     def result(self, name: str, metrics: Metrics | None, notes: tuple[str, ...]) -> RunData:
+        """Return the collected data, with the run's name, metrics and notes."""
         last = np.empty((0, 3))
         if self._turning:
             turning = np.concatenate(self._turning)
             turning = turning[_turns(turning[-1, 3], turning[:, 3]) <= TURNS]
             last = turning[:: max(1, len(turning) // ORBIT), :3]
         orbit = np.concatenate(self._orbit) if self._orbit else np.empty((0, 3))
-        alone = self._final_without_balls.value
+        final = self._final_without_balls.value
         return RunData(
             self._run, name, self._scene, metrics, self.curves, orbit, last, self._vibrating,
             self._vibration, self._spectrum, self._waterfall, notes,
-            None if self._without_balls is None else self._curve_without_balls, alone and alone.rms,
+            None if self._without_balls is None else self._curve_without_balls, final and final.rms,
         )  # fmt: skip
 
 
 def _turns(end: float, angle: Any) -> Any:
+    """Return the number of turns from spindle angles [rad] to the last angle."""
     return np.abs(end - angle) / (2.0 * math.pi)
 
 
@@ -274,6 +285,7 @@ def _vibrating(run: StoredRun) -> tuple[list[str], str]:
 
 
 def _speeds(run: StoredRun) -> tuple[float, float]:
+    """Return the least and the largest speed of the spindle in a recording [rad/s]."""
     if "speed" not in run.channels:
         return 0.0, 0.0
     low, high = math.inf, -math.inf

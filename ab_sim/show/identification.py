@@ -27,6 +27,7 @@ SMOOTH = 120
 BINS = 200
 """Approximate number of bins of a residual spectrum."""
 Rows = Sequence[Sequence[str]]
+"""Cells of a table by row."""
 
 
 def identification_page(identification: Identification, path: Path) -> None:
@@ -47,6 +48,7 @@ def identification_page(identification: Identification, path: Path) -> None:
 
 
 def _sections(identification: Identification) -> Iterator[str]:
+    """Yield the sections of the page as HTML."""
     yield _list([*identification.reasons, *identification.notes])
     yield "<h2>Values with 95 % intervals</h2>\n"
     yield _table(("", "value", "from", "to", "start", "interval by"), _value_rows(identification))
@@ -90,6 +92,7 @@ def _table(heads: Sequence[str], rows: Rows) -> str:
 
 
 def _value_rows(identification: Identification) -> Rows:
+    """Return a row per estimate: name, value, interval, start, and origin of the interval."""
     return [
         (
             titled(estimate.name, estimate.unit),
@@ -102,6 +105,7 @@ def _value_rows(identification: Identification) -> Rows:
 
 
 def _tried_rows(identification: Identification) -> Rows:
+    """Return a row per trial: name, fraction that it explains or its failure, and z."""
     return [
         (trial.name, trial.failure or f"{100 * trial.explains:.0f} %",
          "" if trial.failure else f"{trial.z:.1f}")
@@ -123,6 +127,7 @@ def _proposal_rows(identification: Identification) -> Rows:
 
 
 def _division(panel: Panel) -> str:
+    """Return a panel with its title as HTML."""
     return f"<div><h3>{escaped(panel.title)}</h3>{panel_html(panel)}</div>\n"
 
 
@@ -180,6 +185,7 @@ def _spectrum(recording_fit: RecordingFit) -> Panel:
 
 
 def _profile(profile: ProfilePoints) -> Panel:
+    """Return the panel of a parameter's profile, with the rise at the ends of the interval."""
     # The square root of a parabola is a straight line, so it is interpolated linearly.
     best = int(np.argmin(profile.rises))
     roots = np.sqrt(profile.rises) * np.sign(np.arange(len(profile.rises)) - best)
@@ -194,6 +200,7 @@ def _profile(profile: ProfilePoints) -> Panel:
 
 
 def _correlations(identification: Identification) -> Rows:
+    """Return a row of correlations per fitted parameter."""
     return [
         (f"{k}: {name}", *(f"{coefficient:.2f}" for coefficient in row))
         for k, (name, row) in enumerate(
@@ -250,6 +257,7 @@ def _shares(identification: Identification) -> list[tuple[str, float, float]]:
 
 
 def _draw_intervals(axes: Axes, identification: Identification) -> None:
+    """Draw the interval of each parameter of the scene, relative to its value."""
     rows = _shares(identification)
     for place, (_, low, high) in enumerate(rows):
         axes.plot([100 * low, 100 * high], [place, place], color=VERMILION, lw=3)

@@ -63,6 +63,7 @@ class _LabelsAtRight(Artist):
         self._place(renderer)
 
     def _place(self, renderer: Any) -> None:
+        """Move the texts apart for the panel's present size; hide the last ones without room."""
         assert self.axes is not None
         panel = self.axes.get_window_extent(renderer)
         texts, values = [*self._texts], [*self._values]
@@ -120,6 +121,10 @@ def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> lis
 
 
 def _bottom(block: tuple[list[float], list[float]], top: float) -> float:
+    """Return the lower end of a block (desired centres, heights) at its best place within limits.
+
+    The best place has the least sum of squared moves.
+    """
     wanted, heights = block
     # Desired centre of each, less the part of the block below that centre.
     below = np.cumsum(heights) - 0.5 * np.asarray(heights)

@@ -28,9 +28,9 @@ MARKS = {
     ABORTED: ("v", "#7a4fa3"),
     FAILED: ("x", "#1a1a1a"),
 }
-"""Markers of runs that did not settle."""
+"""Markers and colours of runs that did not settle, by outcome."""
 BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: "#9a9a9a"}
-"""Fill colours of the dots that mark balanced runs on maps."""
+"""Fill colours of the dots that mark balanced runs on maps, by outcome."""
 NO_VALUE = "#d9d9d9"
 LINE, BEST = "#2b6ca3", "#b3007d"
 WIDE = 30.0
@@ -40,7 +40,7 @@ MOST_KEYS = 6
 
 
 def drawn_sweep(sweep: Sweep) -> ResultFigure:
-    """Return the figure of a sweep without writing it."""
+    """Return the figure of a sweep: curves over one key, maps over two, or pairs of several."""
     if len(sweep.keys) == 1:
         return _lines(sweep)
     return _maps(sweep) if len(sweep.keys) == 2 else _pairs(sweep)
@@ -200,6 +200,7 @@ def _is_log(values: np.ndarray) -> bool:
 
 
 def _mark_balanced(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """Mark balanced runs with dots, at the positions of all runs in axis coordinates."""
     for outcome in BALANCES:
         chosen = sweep[OUTCOME] == outcome
         axes.plot(x[chosen], y[chosen], ms=_size(y), mew=0.6, **_style(outcome))
@@ -229,6 +230,7 @@ def _style(outcome: str) -> dict[str, Any]:
 
 
 def _mark_best(sweep: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """Mark the best run by a metric with a star; not if neither end of the metric is better."""
     if metrics_named([metric])[0].better is Better.NEITHER:
         return
     run = sweep.best(metric)
@@ -262,6 +264,7 @@ def _no_value() -> Line2D:
 
 
 def _norm(values: np.ndarray) -> Normalize:
+    """Return the scale of colours over the range of values, logarithmic if they differ much."""
     if is_wide(values):
         return LogNorm(values.min(), values.max())
     return Normalize(values.min(), values.max())
@@ -283,7 +286,7 @@ BEFORE_DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 
 def drawn_tuning(tuning: Tuning) -> ResultFigure:
-    """Return the figure of a tuning without writing it."""
+    """Return the figure of a tuning: the objective of all candidates over each key."""
     keys, aim = tuning.keys, tuning.task.aim.metric
     columns = min(3, len(keys))
     rows = math.ceil(len(keys) / columns)
@@ -316,6 +319,7 @@ def drawn_tuning(tuning: Tuning) -> ResultFigure:
 
 
 def _meaning_of(aim: str) -> str:
+    """Return the meaning of a metric, for the title of an axis."""
     (metric,) = metric_columns([aim])
     return metric.meaning if metric.row is None else metric.row.label.replace("{W}", "W/e")
 
@@ -345,6 +349,15 @@ def _not_balanced(tuning: Tuning) -> np.ndarray:
 def _tuning_panel(
     tuning: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.ndarray
 ) -> None:
+    """Draw the objective of all candidates over one key.
+
+    Args:
+        tuning: the tuning.
+        axes: axes of the panel.
+        place: index of the key.
+        values: objective of each candidate, NaN without a value.
+        ends: objective at the end of the run for unsettled candidates, see ``_left_out``.
+    """
     range_, aim = tuning.task.ranges[place], tuning.task.aim.metric
     wide, tall = tuning.runs.factor(range_.key), tuning.runs.factor(aim)
     across, within = tuning.candidates[:, place] * wide, tuning.scores.within
@@ -375,6 +388,7 @@ def _tuning_panel(
 
 
 def _tuning_legend(tuning: Tuning) -> list[Line2D]:
+    """Return legend entries for the kinds of candidates that occur, with their counts."""
     within, valued = tuning.scores.within, np.isfinite(tuning.scores.aims)
     ends = np.isfinite(_left_out(tuning))
     kinds = (
@@ -398,7 +412,7 @@ def _tuning_legend(tuning: Tuning) -> list[Line2D]:
     if tuning.candidate is not None:
         handles.append(Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best"))
         handles.append(
-            Line2D([], [], marker="|", ms=11, mew=1.6, color=BEST, ls="", label="5 % beside it")
+            Line2D([], [], marker="|", ms=11, mew=1.6, color=BEST, ls="", label="5 % next to it")
         )
     for name, _, settled in tuning.before:
         if settled:
@@ -416,7 +430,7 @@ SMALL = 1e-6
 
 
 def drawn_sensitivities(sensitivities: MetricSensitivities) -> ResultFigure:
-    """Return a figure with a panel for each metric, without writing it."""
+    """Return the figure of relative sensitivities, with a panel of bars for each metric."""
     count = len(sensitivities.metrics)
     chosen = [_shown(sensitivities.elasticities[i]) for i in range(count)]
     rows = max([len(keys) for keys in chosen] + [2])
@@ -428,12 +442,14 @@ def drawn_sensitivities(sensitivities: MetricSensitivities) -> ResultFigure:
 
 
 def _shown(elasticities: np.ndarray) -> list[int]:
+    """Return the indices of the keys with the most influence, the largest last."""
     sizes = np.nan_to_num(np.abs(elasticities))
     order = [int(k) for k in np.argsort(-sizes, kind="stable") if sizes[k] > SMALL]
     return order[:MOST][::-1]
 
 
 def _bars(sensitivities: MetricSensitivities, metric: int, keys: list[int], axes: Axes) -> None:
+    """Draw a bar per key for a metric, both given by their indices."""
     values = sensitivities.elasticities[metric, keys]
     colours = [MORE if value > 0 else LESS for value in values]
     errors = sensitivities.elasticity_uncertainties[metric, keys]

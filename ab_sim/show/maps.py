@@ -49,17 +49,20 @@ LIGHTNESS = (0.35, 0.9)
 HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
 """Pattern and colour of areas in which balls can circulate, or in which that is unknown."""
 BLUR, NEAR = 2.0, 0.02
-"""Number of points over which borders are smoothed, and least distance of a value from 0.5."""
+"""Standard deviation of the smoothing of borders [points], and least distance of a value from 0.5.
+
+See ``smoothed``.
+"""
 
 
-def drawn_map(stability_map: StabilityMap, beside: StabilityMap | None = None) -> ResultFigure:
-    """Return the figure of labels over the plane.
+def drawn_map(stability_map: StabilityMap, other: StabilityMap | None = None) -> ResultFigure:
+    """Return the figure of a map's labels, which name the stable states, over the plane.
 
     Args:
         stability_map: map to draw.
-        beside: another map on the same axes, drawn to the right.
+        other: another map on the same axes, drawn to the right.
     """
-    maps = [stability_map] if beside is None else [stability_map, beside]
+    maps = [stability_map] if other is None else [stability_map, other]
     figure = ResultFigure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     labels = sorted({label for map_ in maps for label in map_.shares})
@@ -168,9 +171,10 @@ def drawn_family(family: Family) -> ResultFigure:
 
 
 def smoothed(inside: np.ndarray) -> np.ndarray:
-    """Return values above 0.5 at exactly the points that are inside, with a smooth border.
+    """Return values whose contour at 0.5 is a smooth border between points inside and outside.
 
-    Without smoothing, the border would have steps.
+    The contour of the mask itself would have steps. The values are above 0.5 at exactly the points
+    inside, so that no point changes sides.
 
     Args:
         inside: mask of points, shape (values up, values across).

@@ -50,6 +50,7 @@ def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
 
 
 def _draw_plane(axes: Axes, solutions: Sequence[Stability]) -> None:
+    """Draw the multipliers of all solutions, and the unit circle."""
     # Many points, because the small part of the circle near 1 must look round.
     turn = np.exp(1j * np.linspace(-math.pi, math.pi, 20_001))
     axes.fill(turn.real, turn.imag, zorder=0, **SHADE)
@@ -79,7 +80,7 @@ def _frame(axes: Axes, center: float, half: float) -> None:
 
 
 def _from_one(stability: Stability) -> float:
-    """Return the distance of the largest multiplier from 1."""
+    """Return the distance of the multiplier with the largest modulus from 1; at most 1."""
     moduli = np.abs(stability.multipliers)
     largest = stability.multipliers[
         np.abs(moduli - stability.largest) <= 1e-12 * (1.0 + stability.largest)
@@ -88,6 +89,7 @@ def _from_one(stability: Stability) -> float:
 
 
 def _name(stability: Stability) -> str:
+    """Return the name of a solution: its whirl, and the angles of the first balls."""
     what = "deck at rest" if stability.balanced else f"whirl to {1e6 * stability.whirl[1]:.3g} um"
     angles = ", ".join(f"{math.degrees(in_one_turn(angle)):.1f}" for angle in stability.angles[:6])
     more = ", .." if len(stability.angles) > 6 else ""
@@ -130,7 +132,10 @@ def drawn_modulus(followed: Followed) -> ResultFigure:
 
 
 def draw_modulus_curve(axes: Axes, followed: Followed) -> None:
-    """Draw the largest modulus over the parameter, with borders and the stable part."""
+    """Draw the largest modulus of the multipliers over the parameter.
+
+    Borders of stability are marked, and stable ranges are shaded.
+    """
     values = np.array([point.value for point in followed.points])
     stabilities = [point.found for point in followed.points]
     largest = np.array([math.nan if one is None else one.largest for one in stabilities])

@@ -121,6 +121,7 @@ def escaped(text: str) -> str:
 
 
 def _division(name: str, panel: Panel) -> str:
+    """Return a panel of a run with its title as HTML; the class tells the script what to zoom."""
     kind = "time" if panel.across == TIME else "other"
     head = f'<h3><span class="run">{escaped(name)}: </span>{escaped(panel.title)}</h3>'
     return f'<div class="{kind}">{head}{panel_html(panel)}</div>\n'
@@ -135,6 +136,7 @@ def panel_html(panel: Panel) -> str:
 
 
 def _figure(panel: Panel) -> Any:
+    """Return a panel as a figure of plotly."""
     figure = go.Figure()
     if panel.heat is not None:
         figure.add_heatmap(

@@ -26,21 +26,23 @@ KEYS = (
 )  # fmt: skip
 """Keys of panels, from top to bottom."""
 TIME = "time [s]"
+"""Title of the horizontal axis of panels over time, which share it."""
 DASHED = DASHES[1]
 ORDERS = {1: VERMILION, 2: SKY}
 """Multiples of the spindle's speed that are drawn as lines, and their colours."""
 WATERFALL_DECADES = 4.0
 """Range of a waterfall below the largest amplitude [decades]; smaller values look alike."""
 LEAST = 1e-4
-"""Share of the peak below which the whirl is not drawn."""
+"""Fraction of the peak below which the whirl is not drawn."""
 SPECTRUM_LEAST = 1e-6
-"""Share of the largest density below which a density is not drawn."""
+"""Fraction of the largest density below which a density is not drawn."""
 COLUMNS = 300
 """Largest number of columns of a waterfall."""
 LEAST_HEIGHT = 0.1
-"""Share of the height of shared axes that each panel's curves must fill; otherwise the panels have
-separate vertical axes."""
+"""Fraction of the height of shared axes that each panel's curves must fill; otherwise the panels
+have separate vertical axes."""
 Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Centres x and y of a map's cells, and their values."""
 Limits = tuple[tuple[float, float], tuple[float, float]]
 """Limits of the horizontal and of the vertical axis."""
 
@@ -81,16 +83,21 @@ class Panel:
     """Content of one pair of axes; panels of several runs with the same key share limits."""
 
     key: str
+    """Kind of the panel, one of ``KEYS`` in a report."""
     title: str
     across: str
+    """Title of the horizontal axis, with its unit."""
     up: str
+    """Title of the vertical axis, with its unit."""
     height: float = 1.0
+    """Height, relative to that of a usual panel."""
     curves: tuple[PanelLine, ...] = ()
     levels: tuple[tuple[float, str], ...] = ()
     """Horizontal lines with their names."""
     cloud: Cloud | None = None
     heat: Heat | None = None
     log: bool = False
+    """True if the vertical axis is logarithmic."""
     equal: bool = False
     """True if both axes have the same scale."""
     note: str = ""
@@ -104,6 +111,7 @@ def panels_of(data: RunData) -> list[Panel]:
 
 
 def _panels(data: RunData) -> Iterator[Panel]:
+    """Yield all kinds of panels for which a run has data; some are empty."""
     have = data.curves.channels
     whirl, unit, scale = whirl_scale(data)
     speeds = [
@@ -147,22 +155,23 @@ def whirl_scale(data: RunData) -> tuple[str, str, float]:
 
 
 def _of_balls(data: RunData) -> Iterator[Panel]:
+    """Yield the panels of driving forces on the balls and of ball angles."""
     forces = [name for name in data.curves.channels if name.startswith("force_")]
     angles = [name for name in data.curves.channels if name.startswith("ball_")]
     if forces:
-        curves = _in_turn(data, forces)
+        curves = _ball_lines(data, forces)
         title = "Driving force on the balls"
         yield Panel("force", title, TIME, "force [N]", 0.8, curves)
     if angles:
-        curves = tuple(replace(line, y=in_degrees(line.y)) for line in _in_turn(data, angles))
+        curves = tuple(replace(line, y=in_degrees(line.y)) for line in _ball_lines(data, angles))
         levels = ((OPPOSITE, "opposite the unbalance"),)
         yield Panel(
             "angles", "Balls, from the unbalance", TIME, "ball angle [deg]", 1.0, curves, levels
         )
 
 
-def _in_turn(data: RunData, names: list[str]) -> tuple[PanelLine, ...]:
-    """Return a curve for each ball, in the styles of all pictures."""
+def _ball_lines(data: RunData, names: list[str]) -> tuple[PanelLine, ...]:
+    """Return a curve for each ball from the channels ``names``, in the styles of all pictures."""
     return tuple(
         PanelLine(
             f"ball {ball}", *data.curves.curve(name), style["color"], float(style["lw"]),
@@ -173,6 +182,7 @@ def _in_turn(data: RunData, names: list[str]) -> tuple[PanelLine, ...]:
 
 
 def _tilt(data: RunData) -> Iterator[Panel]:
+    """Yield the panel of the deck's tilt, for a deck in space."""
     if "alpha" not in data.curves.channels:
         return
     names = {"alpha": "about x", "beta": "about y", "gamma": "about the shaft"}
@@ -184,6 +194,7 @@ def _tilt(data: RunData) -> Iterator[Panel]:
 
 
 def _orbits(data: RunData) -> Iterator[Panel]:
+    """Yield the panels of the deck's path: of the whole run, and of the last turns."""
     if len(data.orbit):
         time, x, y = data.orbit.T
         cloud = Cloud(1e3 * x, 1e3 * y, time)
@@ -200,6 +211,7 @@ def _orbits(data: RunData) -> Iterator[Panel]:
 
 
 def _spectra(data: RunData) -> Iterator[Panel]:
+    """Yield the panels of the spectrum and the waterfall, or notes on why they are empty."""
     title = f"Vibration, last tenth of the run: {data.vibrating}"
     density, frequencies = data.spectrum.density, data.spectrum.frequencies
     if len(density):
@@ -239,7 +251,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
 
 
 def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
-    """Yield vertical lines at the final spindle frequency and at its double."""
+    """Yield vertical lines at the final spindle frequency and its double, as high as ``root``."""
     if "speed" not in data.curves.channels:
         return
     speed = abs(float(data.curves.curve("speed")[1][-1])) / (2.0 * math.pi)
@@ -252,7 +264,13 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
 
 
 def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:
-    """Return a map with at most ``COLUMNS`` columns, by the largest of neighbouring values."""
+    """Return a map with at most ``COLUMNS`` columns; each is the largest of its neighbours.
+
+    Args:
+        x: centres of the columns.
+        y: centres of the rows.
+        values: values, shape (rows, columns).
+    """
     many = -(-len(x) // COLUMNS)
     starts = np.arange(0, len(x), many)
     return (
@@ -296,13 +314,20 @@ def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
 def _with_limits(
     row: Sequence[Panel | None], drawn: Sequence[Panel], shared: Limits
 ) -> tuple[Panel | None, ...]:
-    """Return a row of panels with shared limits, or each with its own if one would be too flat."""
+    """Return a row of panels with shared limits, or separate ones if a panel would be too flat.
+
+    Args:
+        row: panels of a kind, None for a run without it.
+        drawn: panels of the row that are not empty.
+        shared: limits that fit all of them.
+    """
     flat = _flattens(drawn, shared)
 
     def place(panel: Panel) -> Panel:
         if panel.note or not flat:
             return replace(panel, limits=shared)
-        return replace(panel, limits=_alone(panel, shared), title=f"{panel.title} (own scale)")
+        limits = _separate_limits(panel, shared)
+        return replace(panel, limits=limits, title=f"{panel.title} (own scale)")
 
     return tuple(panel and place(panel) for panel in row)
 
@@ -324,17 +349,19 @@ def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
 
 
 def _varies(panel: Panel) -> bool:
+    """Return whether a curve or cloud of a panel varies by more than rounding."""
     values = [part.y[np.isfinite(part.y)] for part in (*panel.curves, panel.cloud) if part]
     return any(len(value) and np.ptp(value) > 1e-6 * np.abs(value).max() for value in values)
 
 
-def _alone(panel: Panel, shared: Limits) -> Limits:
-    """Return a panel's own limits, with the shared time axis."""
+def _separate_limits(panel: Panel, shared: Limits) -> Limits:
+    """Return the limits that fit a single panel, except a time axis, which stays shared."""
     across, up = _limits([panel])
     return (shared[0] if panel.across == TIME else across), up
 
 
 def _limits(panels: Sequence[Panel]) -> Limits:
+    """Return the limits that fit all curves, clouds, maps and levels of some panels."""
     across, up = [], []
     for panel in panels:
         for part in (*panel.curves, panel.cloud, panel.heat):
@@ -352,6 +379,7 @@ def _limits(panels: Sequence[Panel]) -> Limits:
 
 
 def _span(values: Sequence[np.ndarray], margin: float, log: bool) -> tuple[float, float]:
+    """Return the ends of an axis: the range of all finite values, with a relative margin."""
     joined = np.concatenate([np.empty(0), *values])
     joined = joined[np.isfinite(joined)]
     if len(joined) == 0:

@@ -6,7 +6,7 @@ from matplotlib import colormaps
 from ab_sim.base.errors import InputError
 from ab_sim.design.batch import Batch
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.show.curves import draw_curve, in_degrees, say_conventions
+from ab_sim.show.curves import draw_curve, in_degrees, write_conventions
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import RUN, ball_styles
 
@@ -41,7 +41,7 @@ def drawn_trajectory(path: Trajectory) -> ResultFigure:
         panel.grid(alpha=0.3)
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
-    say_conventions(figure)
+    write_conventions(figure)
     return figure
 
 
@@ -73,10 +73,11 @@ def drawn_batch(batch: Batch) -> ResultFigure:
     axes.grid(alpha=0.3)
     if len(batch.runs) <= MOST_NAMED:
         figure.legend(loc="outside right upper", fontsize=8)
-    say_conventions(figure)
+    write_conventions(figure)
     return figure
 
 
 def _name(batch: Batch, number: int) -> str:
+    """Return the name of a run in the legend: the values that vary, or its number."""
     varied = batch.variations[number] if batch.variations else {}
     return ", ".join(f"{key} = {value}" for key, value in varied.items()) or f"run {number}"

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ab_sim.drive.trajectory import is_ball_angle
 from ab_sim.show.compare import ChannelDeviation, RecordingComparison
-from ab_sim.show.curves import in_degrees, say_conventions
+from ab_sim.show.curves import in_degrees, write_conventions
 from ab_sim.show.panels import Grid, Panel
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import GREY, MAP, RUN, VERMILION
@@ -42,12 +42,12 @@ def drawn_report(grid: Grid) -> ResultFigure:
                 axes[row][column].set_axis_off()
             else:
                 draw_panel(figure, axes[row][column], panel)
-    say_conventions(figure)
+    write_conventions(figure)
     return figure
 
 
 def draw_panel(figure: Figure, axes: Axes, panel: Panel) -> None:
-    """Draw a panel on axes of a figure."""
+    """Draw a panel on axes of a figure, with colour bars and a legend next to them."""
     axes.set_title(panel.title, fontsize=10)
     axes.set_xlabel(panel.across)
     axes.set_ylabel(panel.up)
@@ -84,13 +84,14 @@ def draw_panel(figure: Figure, axes: Axes, panel: Panel) -> None:
     axes.grid(alpha=0.3)
     if 1 < len(panel.curves) + bool(panel.levels) <= MOST_NAMES + 1:
         # Next to the panel, where it covers no curve; a map has its colour bar there.
-        beside = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-        axes.legend(fontsize=8, **(beside if panel.heat is None else {"loc": "lower right"}))
+        outside = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+        axes.legend(fontsize=8, **(outside if panel.heat is None else {"loc": "lower right"}))
 
 
 MOST = 6
 """Largest number of drawn channels, the most important ones first."""
 FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
+"""Channels in the order of their importance; others follow."""
 
 
 def drawn_comparison(
@@ -119,7 +120,7 @@ def drawn_comparison(
         axes.set_xlabel("time [s]")
     figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
     figure.align_ylabels(panels[:, 0])
-    say_conventions(figure, left_out)
+    write_conventions(figure, left_out)
     return figure
 
 
@@ -137,12 +138,14 @@ def _left_out(comparison: RecordingComparison, deviations: list[ChannelDeviation
 
 
 def _place(deviation: ChannelDeviation) -> int:
+    """Return the rank of a channel in the order of ``FIRST``."""
     return FIRST.index(deviation.channel) if deviation.channel in FIRST else len(FIRST)
 
 
 def _draw_channel(
     left: Axes, right: Axes, comparison: RecordingComparison, deviation: ChannelDeviation
 ) -> None:
+    """Draw a channel on the left axes, and its deviation on the right ones."""
     name, turned = deviation.channel, is_ball_angle(deviation.channel)
     # As in other pictures, angles are in degrees, within one turn.
     unit = " [deg]" if turned else "" if deviation.unit is None else f" [{deviation.unit}]"
@@ -165,8 +168,8 @@ def _draw_channel(
         text = "nothing to compare: not finite"
     else:
         share = deviation.relative(deviation.largest)
-        beside = "" if share is None else f" ({100 * share:.2g} % of the range)"
-        text = f"largest {factor * deviation.largest:.3g}{unit}{beside} at {deviation.at:.4g} s"
+        of_range = "" if share is None else f" ({100 * share:.2g} % of the range)"
+        text = f"largest {factor * deviation.largest:.3g}{unit}{of_range} at {deviation.at:.4g} s"
         # Leave room above the curve for the text.
         low, high = right.get_ylim()
         right.set_ylim(low, high + 0.25 * (high - low))

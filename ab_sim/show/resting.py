@@ -13,7 +13,7 @@ from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed
 from ab_sim.analysis.modes import AVERAGE, Mode, NaturalVibration, moving
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag, composite_of
 from ab_sim.scene.model import Scene
-from ab_sim.show.curves import say_conventions
+from ab_sim.show.curves import write_conventions
 from ab_sim.show.labels import Label, label_at_right
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import distinct_colours
@@ -24,7 +24,9 @@ MARKERS = {True: "o", False: "X", None: "D"}
 
 
 def drawn_states(equilibria: Equilibria) -> ResultFigure:
-    """Return a figure of eigenvalues in the complex plane, and ball angles on a circle per state.
+    """Return a figure of eigenvalues in the complex plane, and of ball angles.
+
+    Each resting state has a colour, and its ball angles are on a separate circle.
 
     Args:
         equilibria: resting states of one scene at one speed.
@@ -130,7 +132,7 @@ def drawn_branches(scene: Scene, equilibria: Equilibria, over_speed: OverSpeed) 
     below.set_xlabel("spindle speed [rad/s]")
     below.set_xlim(0.0, over_speed.speeds[1])
     figure.legend(handles=_branch_legend(colours), loc="outside right upper", fontsize=8)
-    say_conventions(figure)
+    write_conventions(figure)
     return figure
 
 
@@ -142,6 +144,15 @@ def _pattern(label: str) -> str:
 def _draw_branch(
     axes: Axes, interval: BranchInterval, colour: str, value: Callable, breaks: bool = False
 ) -> None:
+    """Draw a value of a branch over the speed, with the line styles of its stability.
+
+    Args:
+        axes: axes to draw on.
+        interval: part of a branch.
+        colour: colour of the curve.
+        value: function of a state that returns the drawn number.
+        breaks: whether to interrupt the curve at jumps of more than 180.
+    """
     values = np.array([value(state) for state in interval.states])
     if breaks:
         values[1:][np.abs(np.diff(values)) > 180.0] = np.nan
@@ -167,6 +178,7 @@ def _draw_sections(
 
 
 def _branch_legend(colours: dict[str, str]) -> list[Line2D]:
+    """Return legend entries for patterns, given with their colours, and for marks."""
     items = list(colours.items())
     if len(items) > MOST_LABELLED:
         items = [item for item in items if item[0] == "balanced"]
@@ -237,6 +249,7 @@ def drawn_campbell(vibration: NaturalVibration) -> ResultFigure:
 
 
 def _mode_label(vibration: NaturalVibration, mode: Mode) -> Label:
+    """Return the label of a mode at the largest speed: its frequency [rad/s], and what moves."""
     what = ", ".join(moving(vibration.linearised, mode)[:2])
     return Label(mode.frequency, f"{mode.frequency:.4g}  {what}", SENSE_STYLES[mode.sense]["color"])
 
@@ -283,9 +296,8 @@ def drawn_recovery(recoveries: RecoveryOverDrag) -> ResultFigure:
         settling = _numbers([run.settling_time for run in runs])
         times.plot(recoveries.drags, settling, **style)
         amplitudes.plot(recoveries.drags, [1e3 * run.maximum_amplitude for run in runs], **style)
-        if (
-            runs is recoveries.over
-        ):  # The report says that it does not compare drives with each other.
+        # Lambda compares drags of one drive, not different drives.
+        if runs is recoveries.over:
             against.plot(_numbers([run.lambda_max for run in runs]), settling, **style)
         composite = composite_of(runs)
         if composite is not None:
@@ -309,6 +321,7 @@ def _numbers(values: Sequence[float | None]) -> np.ndarray:
 
 
 def _name(axes: Axes, x: str, y: str) -> None:
+    """Set the titles of both axes, a grid, and 0 as the lower end."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(alpha=0.3)

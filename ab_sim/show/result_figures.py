@@ -18,11 +18,11 @@ from ab_sim.show.shares import drawn_sizing, drawn_spread
 
 
 def _run(offline_run: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
-    """Draw a run and the runs for comparison."""
-    beside = Comparison(None, None) if comparison is None else comparison
+    """Return the figure of a run, and of the runs for comparison if there are any."""
+    others = Comparison(None, None) if comparison is None else comparison
     period, adaptive = offline_run.variable_speed_period, offline_run.adaptive
     path, aborted = offline_run.trajectory, offline_run.aborted
-    return drawn_run(path, offline_run.scene, beside, period, adaptive=adaptive, aborted=aborted)
+    return drawn_run(path, offline_run.scene, others, period, adaptive=adaptive, aborted=aborted)
 
 
 DRAWN: dict[str, Callable[..., ResultFigure]] = {
@@ -49,7 +49,7 @@ DRAWN: dict[str, Callable[..., ResultFigure]] = {
     "trajectory": drawn_trajectory,
     "tuning": drawn_tuning,
 }
-"""Function that draws each ``_picture`` of a result."""
+"""Functions that draw results, by the results' attribute ``_picture``."""
 
 
 def figure_of(picture: str, *results: object) -> ResultFigure:

@@ -16,7 +16,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.equations.effects import Motor
 from ab_sim.scene.model import Scene
 from ab_sim.show.adaptive import draw_unbalance, mark_states
-from ab_sim.show.curves import draw_curve, in_degrees, say_conventions
+from ab_sim.show.curves import draw_curve, in_degrees, write_conventions
 from ab_sim.show.labels import Label, label_at_right
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import (
@@ -37,8 +37,9 @@ KINDS = {
     "segments": "Run",
     "adaptive": "Adaptive start-up",
 }
+"""Titles by the profile's kind."""
 LEAST = 1e-4
-"""Share of the peak below which whirl, height and tilt are not drawn."""
+"""Fraction of the peak below which whirl, height and tilt are not drawn."""
 
 
 def drawn_run(
@@ -103,14 +104,14 @@ def drawn_run(
     if period_start is not None and period_start < time[-1]:
         _mark_period(panels, scene, period_start)
     figure.align_ylabels(panels)
-    say_conventions(figure)
+    write_conventions(figure)
     return figure
 
 
 def _summary(
     metrics: Metrics, scene: Scene, comparison: Comparison, aborted: TimedDecision | None
 ) -> str:
-    """Return a summary of the run in one line."""
+    """Return a summary of the run in one line: final whirl, settling, circulation, unbalance."""
     if aborted is not None:  # there is no whirl at standstill
         return f"aborted at {aborted.time:.1f} s: {aborted.text}"
     e = scene.rotor.eccentricity
@@ -134,6 +135,7 @@ def _summary(
 
 
 def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparison) -> None:
+    """Draw the spindle's speed, its command with a motor, and the critical speed."""
     labels = []
     if "motor" in scene.effects:
         axes.plot(path["time"], path["command"], color=COMMANDED, lw=0.8, ls="--")
@@ -159,6 +161,7 @@ def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparis
 def _draw_whirl(
     axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics, comparison: Comparison
 ) -> None:
+    """Draw the whirl of the run and of the runs for comparison, with peak and settling time."""
     e = scene.rotor.eccentricity
     scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
     compared = [metrics]
@@ -196,6 +199,7 @@ def _draw_whirl(
 
 
 def _final(metrics: Metrics, scale: float, name: str) -> str:
+    """Return the label of a run at its final whirl, which ``scale`` converts from m."""
     changing = "" if metrics.settled else ",\nstill changing"
     return f"{metrics.final_whirl * scale:.3g}  {name}{changing}"
 
@@ -232,6 +236,7 @@ def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
 
 
 def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:
+    """Draw the motor's torque, and its limits where they matter."""
     time, torque, speed = path["time"], path["motor_torque"], path["speed"]
     axes.plot(time, torque, color=RUN, lw=1.2)
     axes.set_ylabel("motor torque [N m]")
@@ -247,6 +252,7 @@ def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:
 
 
 def _draw_forces(axes: Axes, path: Trajectory, scene: Scene) -> None:
+    """Draw the driving force on each ball."""
     forces = driving_forces(path, scene)
     for ball, style in enumerate(ball_styles(path.balls)):
         draw_curve(axes, path["time"], forces[:, ball], **style)
@@ -255,6 +261,7 @@ def _draw_forces(axes: Axes, path: Trajectory, scene: Scene) -> None:
 
 
 def _mark_period(panels: Sequence[Axes], scene: Scene, start: float) -> None:
+    """Shade the variable-speed period, which begins at a time [s], in all panels."""
     profile = scene.profile
     assert profile is not None and profile.kind == "start_up"
     assert profile.variable_speed_period is not None
@@ -294,6 +301,7 @@ def draw_balls(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> 
 
 
 def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
+    """Draw the speed of each ball in space, with the speeds at which balls circulate."""
     time, circulation = path["time"], metrics.circulating
     assert circulation is not None
     labels = [Label(path["speed"][-1], "spindle", RUN)]
@@ -316,6 +324,7 @@ def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -
 
 
 def _draw_angles(axes: Axes, path: Trajectory, metrics: Metrics) -> None:
+    """Draw ball angles within a turn, the side opposite the unbalance, and its first passage."""
     time, angles = path["time"], in_degrees(path.ball_angles)
     labels = []
     for ball, style in enumerate(ball_styles(path.balls)):

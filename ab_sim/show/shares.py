@@ -12,11 +12,12 @@ from ab_sim.design.statistics import ShareBalanced
 from ab_sim.show.many_runs import is_wide
 from ab_sim.show.saved import ResultFigure
 
-OWN, OTHER, ALONE = "#2b6ca3", "#e88b2d", "#b9cfe3"
+TOTAL, OTHER, FIRST_ORDER = "#2b6ca3", "#e88b2d", "#b9cfe3"
+"""Colours of this scene and of total indices, of another scene, and of first-order indices."""
 
 
 def drawn_spread(spread: Spread) -> ResultFigure:
-    """Return the figure of a spread without writing it."""
+    """Return the figure of a spread: distributions of metrics, and Sobol indices."""
     metrics, indices = list(spread.quantiles), list(spread.sobol.indices)
     columns = min((4, 3), key=lambda n: -len(metrics) % n + -len(indices) % n)
     above, below = (math.ceil(len(names) / columns) for names in (metrics, indices))
@@ -40,7 +41,7 @@ def drawn_spread(spread: Spread) -> ResultFigure:
 
 def _draw_distribution(spread: Spread, axes: Axes, metric: str) -> None:
     """Draw the share of runs up to a value, quantiles, and bounds as lines."""
-    designs = [(spread.runs, OWN)]
+    designs = [(spread.runs, TOTAL)]
     if spread.against is not None:
         designs.insert(0, (spread.against.runs, OTHER))
     everything = []
@@ -76,12 +77,12 @@ def _draw_distribution(spread: Spread, axes: Axes, metric: str) -> None:
 
 
 def _draw_indices(spread: Spread, axes: Axes, what: str, named: bool) -> None:
-    """Draw two bars for each factor: its index alone above, with interactions below."""
+    """Draw two bars for each factor: its first-order index above, its total index below."""
     indices = spread.sobol.indices[what]
     places = np.arange(len(indices))[::-1].astype(float)
     for shift, colour, values, intervals in (
-        (0.19, ALONE, [i.first for i in indices], [i.first_interval for i in indices]),
-        (-0.19, OWN, [i.total for i in indices], [i.total_interval for i in indices]),
+        (0.19, FIRST_ORDER, [i.first for i in indices], [i.first_interval for i in indices]),
+        (-0.19, TOTAL, [i.total for i in indices], [i.total_interval for i in indices]),
     ):
         axes.barh(places + shift, values, height=0.36, color=colour)
         for place, (low, high) in zip(places + shift, intervals, strict=True):
@@ -101,7 +102,7 @@ def _spread_title(spread: Spread) -> str:
 
 
 def _spread_legend(spread: Spread) -> list[Line2D]:
-    handles = [Line2D([], [], color=OWN, lw=1.5, label=spread.scene.name)]
+    handles = [Line2D([], [], color=TOTAL, lw=1.5, label=spread.scene.name)]
     if spread.against is not None:
         other = spread.against.runs.scene.name
         handles.append(Line2D([], [], color=OTHER, lw=1.5, label=f"against {other}"))
@@ -112,16 +113,18 @@ def _spread_legend(spread: Spread) -> list[Line2D]:
     if bounded:
         handles.append(Line2D([], [], color="#d7403a", ls="--", label="bound"))
     if spread.sobol.indices:
-        for colour, label in ((ALONE, "index of the spread alone"), (OWN, "with interactions")):
+        labels = ((FIRST_ORDER, "index of the spread alone"), (TOTAL, "with interactions"))
+        for colour, label in labels:
             handles.append(Line2D([], [], color=colour, marker="s", ms=9, ls="", label=label))
     return handles
 
 
-WINDOW, CIRCULATES, CHOSEN, PREDICTED, SEEN = "#7fbf7b", "#d95f5f", "#1b6e2e", "#888888", "#1f4e8c"
+WINDOW, CIRCULATES, CHOSEN, PREDICTED = "#7fbf7b", "#d95f5f", "#1b6e2e", "#888888"
+SIMULATED = "#1f4e8c"
 
 
 def drawn_sizing(sizing: Sizing) -> ResultFigure:
-    """Return the figure of a sizing without writing it."""
+    """Return the figure of a sizing: drag windows by number of balls, and shares over the drag."""
     figure = ResultFigure(figsize=(11.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     _windows(sizing, left)
@@ -138,6 +141,7 @@ def drawn_sizing(sizing: Sizing) -> ResultFigure:
 
 
 def _windows(sizing: Sizing, axes: Axes) -> None:
+    """Draw the drag window of each number of balls, and drags at which a bunch can circulate."""
     there = [candidate for candidate in sizing.candidates if candidate.balls is not None]
     ends = [candidate.border for candidate in there]
     ends += [
@@ -202,6 +206,7 @@ def _windows(sizing: Sizing, axes: Axes) -> None:
 
 
 def _shares(sizing: Sizing, axes: Axes) -> None:
+    """Draw the share of balanced drives over the drag, predicted and simulated."""
     axes.set_xlabel("drag c_b [N s/m]")
     axes.set_ylabel("share that is balanced in time")
     axes.set_ylim(-0.03, 1.05)
@@ -216,18 +221,19 @@ def _shares(sizing: Sizing, axes: Axes) -> None:
     axes.plot(drags, shares, color=PREDICTED, lw=1.6, label="predicted from growth rates")
     name = "runs, with intervals of 95 %"
     for at_drag in sizing.at_drags.values():
-        _seen(axes, at_drag.drag, at_drag.runs.share, name)
+        _draw_share(axes, at_drag.drag, at_drag.runs.share, name)
         name = "_nolegend_"
-    _seen(axes, float(chosen.drag or 0.0), sizing.runs.share, name, "*")
+    _draw_share(axes, float(chosen.drag or 0.0), sizing.runs.share, name, "*")
     axes.set_xscale("log")
     axes.grid(alpha=0.25)
     axes.set_title(f"{chosen.count} balls; star: drag varied within its tolerance", fontsize=9)
 
 
-def _seen(axes: Axes, drag: float, share: ShareBalanced, name: str, mark: str = "o") -> None:
+def _draw_share(axes: Axes, drag: float, share: ShareBalanced, name: str, mark: str = "o") -> None:
+    """Draw a share of simulated drives at a drag [N s/m], with its interval."""
     reach = np.array([[share.value - share.low], [share.high - share.value]])
     size = 13 if mark == "*" else 5
     axes.errorbar(
-        [drag], [share.value], yerr=np.maximum(reach, 0.0), fmt=mark, ms=size, color=SEEN,
+        [drag], [share.value], yerr=np.maximum(reach, 0.0), fmt=mark, ms=size, color=SIMULATED,
         capsize=3, label=name,
     )  # fmt: skip

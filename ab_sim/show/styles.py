@@ -55,6 +55,7 @@ def distinct_colours(
 
 
 def _of(name: str) -> Colour:
+    """Return a colour in matplotlib's notation as red, green and blue, 0 to 255."""
     red, green, blue = (round(255.0 * part) for part in to_rgb(name))
     return red, green, blue
 
@@ -69,7 +70,7 @@ COLOURS = 7
 
 
 def dashes_of(number: int) -> tuple[float, ...]:
-    """Return the style of a curve, counted from 0."""
+    """Return the dashes of the curve with a number, counted from 0; empty for a solid line."""
     return DASHES[number // COLOURS % len(DASHES)]
 
 

@@ -18,25 +18,29 @@ CAPTION = (
 )
 
 Row = tuple[str, list[str]]
+"""Label of a row, and its cell for each run."""
 
 
 def summary_rows(runs: Sequence[RunData]) -> list[Row]:
     """Return rows of a label and a cell for each run, without rows that are empty for all runs."""
-    rows = [(label, [tell(data) for data in runs]) for label, tell in _told()]
+    rows = [(label, [cell(data) for data in runs]) for label, cell in _labels_and_cells()]
     return [(label, cells) for label, cells in rows if any(cell != NOTHING for cell in cells)]
 
 
-def _told() -> Iterator[tuple[str, Callable[[RunData], str]]]:
+def _labels_and_cells() -> Iterator[tuple[str, Callable[[RunData], str]]]:
+    """Yield the label of each row, and the function that returns its cell for a run."""
     yield from (("scene", _scene), ("duration", _duration), ("final speed", _speed))
     for metric in reported_metrics():
         if metric.row is not None and metric.row.in_reports:
-            yield metric.row.head(DEFAULT_UNITS), _judged(metric.row)
+            yield metric.row.head(DEFAULT_UNITS), _metric_cell(metric.row)
     yield "final W / without balls", _share_of_whirl
     yield from (("vibration, rms", _vibration), ("once per turn", _share))
     yield from (("samples", _samples), ("log entries", _log_entries), ("real-time factor", _factor))
 
 
-def _judged(row: MetricRow) -> Callable[[RunData], str]:
+def _metric_cell(row: MetricRow) -> Callable[[RunData], str]:
+    """Return the function that returns a metric's cell; empty if it does not apply to a run."""
+
     def cell(data: RunData) -> str:
         if data.metrics is None:
             return NOTHING
@@ -47,16 +51,17 @@ def _judged(row: MetricRow) -> Callable[[RunData], str]:
 
 
 def _display(data: RunData) -> Display:
+    """Return the unit of the whirl in a run's cells: e, or mm without an eccentricity."""
     _, unit, factor = whirl_scale(data)
     unit = "e" if unit == "1" else unit
     return Display(factor, unit, "W", f" {unit}")
 
 
 def _share_of_whirl(data: RunData) -> str:
-    alone = data.final_without_balls
-    return (
-        NOTHING if data.metrics is None or not alone else f"{data.metrics.final_whirl / alone:.3g}"
-    )
+    other = data.final_without_balls
+    if data.metrics is None or not other:
+        return NOTHING
+    return f"{data.metrics.final_whirl / other:.3g}"
 
 
 def _scene(data: RunData) -> str:

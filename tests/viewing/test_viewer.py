@@ -160,7 +160,7 @@ def test_two_drives_in_one_that_runs_already(
     for guest in guests:
         guest.close()
     assert web.process is not None, "whose it is not does not end it"
-    assert web.proxy.ask() is Answer.HERE
+    assert web.proxy.check() is Answer.HERE
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
@@ -195,7 +195,7 @@ def test_nobody_there_until_somebody_is(growing: Growing, watch: Watch) -> None:
 def test_who_answers_wrongly_or_hangs_up_is_no_viewer() -> None:
     with socket.create_server(("127.0.0.1", 0)) as stranger:
         proxy = Proxy("127.0.0.1", stranger.getsockname()[1])
-        assert proxy.ask() is Answer.SILENT
+        assert proxy.check() is Answer.SILENT
 
         def hang_up() -> None:
             for _ in range(2):
@@ -203,7 +203,7 @@ def test_who_answers_wrongly_or_hangs_up_is_no_viewer() -> None:
 
         thread = threading.Thread(target=hang_up)
         thread.start()
-        assert proxy.ask() is Answer.NOBODY
+        assert proxy.check() is Answer.NOBODY
         thread.join()
 
 

@@ -93,7 +93,7 @@ class Started:
         self.process, self._log = process, log
 
     @property
-    def complaint(self) -> str:
+    def last_error(self) -> str:
         """Last error in the output; empty if there is none."""
         try:
             lines = self._log.read_text(errors="replace").splitlines()
@@ -115,7 +115,7 @@ class Started:
 POLL = 0.05
 """Time between two checks whether the file has grown [s]."""
 PIECE = 1 << 18
-"""Size of a block [bytes]."""
+"""Largest number of bytes that are read at a time."""
 
 
 class Feed:
@@ -134,6 +134,7 @@ class Feed:
     def __init__(self, path: Path, host: str, port: int, program: Program) -> None:
         self.path = path
         self.sent = 0
+        """Number of bytes that the process has received."""
         # Without a screen: if the viewer were gone, the process would open a window.
         self._started = program.start(
             ["--bind", host, "--port", str(port), "-"],
@@ -162,8 +163,8 @@ class Feed:
     @property
     def broken(self) -> str:
         """Reason why data no longer reach the viewer; empty if there is none."""
-        if complaint := self._started.complaint:
-            return complaint
+        if error := self._started.last_error:
+            return error
         code = self._started.process.poll()
         return f"ended with exit code {code}" if code else ""
 
@@ -188,16 +189,17 @@ class Feed:
         self._thread.join()
 
     def _copy(self) -> None:
+        """Copy the growing file to the process, until `stop`, or its end after `finish`."""
         pipe = self._started.process.stdin
         assert pipe is not None
-        room = bytearray(PIECE)
+        buffer = bytearray(PIECE)
         try:
             with pipe, self.path.open("rb", buffering=0) as file:
                 while not self._stopping.is_set():
                     # Queried before reading, so that everything written until then is read.
                     finished = self._finished.is_set()
-                    if size := file.readinto(room):
-                        self._give(pipe.fileno(), memoryview(room)[:size])
+                    if size := file.readinto(buffer):
+                        self._write(pipe.fileno(), memoryview(buffer)[:size])
                     elif finished:
                         break
                     else:
@@ -206,7 +208,8 @@ class Feed:
             # The process has ended, or the file cannot be read, which ends the process.
             pass
 
-    def _give(self, pipe: int, rest: memoryview) -> None:
+    def _write(self, pipe: int, rest: memoryview) -> None:
+        """Write bytes to the process; this blocks while the process does not read."""
         while rest:
             written = os.write(pipe, rest)
             self.sent += written

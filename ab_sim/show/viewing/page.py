@@ -117,29 +117,29 @@ class Page:
 
     Args:
         port: port of the page.
-        behind: port of Rerun's own server on this machine.
+        server: port of Rerun's own server on this machine, whose answers are relayed.
         proxy: ``http://HOST:PORT`` of the viewer's proxy, the only address that the page may
             contact.
     """
 
-    def __init__(self, port: int, behind: int, proxy: str) -> None:
-        page, self._behind = self, behind
+    def __init__(self, port: int, server: int, proxy: str) -> None:
+        page, self._rerun_port = self, server
         self.opened = 0
         """Number of browsers in which the viewer has started."""
         self._seen: dict[str, float] = {}
-        self._heard = -math.inf
+        self._last_report = -math.inf
         here = "'self' 'unsafe-inline' 'unsafe-eval' data: blob:"
         policy = f"default-src {here}; connect-src 'self' data: blob: {proxy}"
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
                 with contextlib.suppress(OSError, HTTPException):
-                    if self._asked_by_this_machine():
+                    if self._is_from_this_machine():
                         self._relay()
 
             def do_POST(self) -> None:
                 with contextlib.suppress(OSError):
-                    if not self._asked_by_this_machine():
+                    if not self._is_from_this_machine():
                         return
                     stated = self.headers.get("Content-Length", "")
                     size = int(stated) if stated.isdecimal() else 0
@@ -147,14 +147,14 @@ class Page:
                     if self.path == _OPENED:
                         page.opened += 1
                     elif self.path == _SEEN:
-                        page.hear(state)
+                        page.take_report(state)
                     else:
                         self.send_error(HTTPStatus.NOT_FOUND)
                         return
                     self.send_response(HTTPStatus.NO_CONTENT)
                     self.end_headers()
 
-            def _asked_by_this_machine(self) -> bool:
+            def _is_from_this_machine(self) -> bool:
                 named = self.headers.get_all("Host", [])
                 if len(named) == 1 and is_loopback(named[0]):
                     return True
@@ -162,7 +162,7 @@ class Page:
                 return False
 
             def _relay(self) -> None:
-                connection = http.client.HTTPConnection(LOOPBACK, behind, timeout=PATIENCE)
+                connection = http.client.HTTPConnection(LOOPBACK, server, timeout=PATIENCE)
                 with contextlib.closing(connection):
                     connection.request("GET", self.path)
                     answer = connection.getresponse()
@@ -188,21 +188,21 @@ class Page:
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
         self._thread.start()
 
-    def hear(self, state: bytes) -> None:
-        """Process a browser's report on its viewer."""
+    def take_report(self, state: bytes) -> None:
+        """Keep the newest times in a browser's report on its viewer, see ``newest_times``."""
         # Ignore the state of another version of Rerun, which has another form.
         with contextlib.suppress(TypeError, ValueError):
-            self._seen, self._heard = newest_times(state), time.monotonic()
+            self._seen, self._last_report = newest_times(state), time.monotonic()
 
     def interval(self, recording: str, sent: Sequence[float]) -> float:
         """Return the time [s] from one batch of a recording to the next one.
 
         Args:
             recording: id of the recording.
-            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches; if fewer were
-                sent, in each of them.
+            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all of
+                them if fewer were sent.
         """
-        if time.monotonic() - self._heard > LEFT:
+        if time.monotonic() - self._last_report > LEFT:
             return UNWATCHED
         last = self._seen.get(recording, -math.inf)
         keeps_up = len(sent) < IN_TRANSIT or last >= sent[-IN_TRANSIT]
@@ -210,7 +210,7 @@ class Page:
 
     def answers(self) -> bool:
         """Return whether Rerun's server answers requests for the page."""
-        connection = http.client.HTTPConnection(LOOPBACK, self._behind, timeout=ANSWER)
+        connection = http.client.HTTPConnection(LOOPBACK, self._rerun_port, timeout=ANSWER)
         with contextlib.closing(connection), contextlib.suppress(OSError, HTTPException):
             connection.request("GET", "/")
             return connection.getresponse().status == HTTPStatus.OK
@@ -224,6 +224,7 @@ class Page:
 
 
 TIMELINE = b"sim_time"
+"""Timeline whose newest times a page reports."""
 
 
 def newest_times(state: bytes) -> dict[str, float]:

@@ -16,7 +16,7 @@ _SETTINGS = 4
 
 
 class Answer(Enum):
-    """Result of a check of a proxy."""
+    """Result of `Proxy.check`; the values are used in messages."""
 
     HERE = "answers"
     SILENT = "does not answer"
@@ -62,7 +62,7 @@ class Proxy(NamedTuple):
         """Return the address of the web viewer of this proxy, on a port of this machine."""
         return f"http://{LOOPBACK}:{port}/?url={quote(self.url, safe='')}"
 
-    def ask(self) -> Answer:
+    def check(self) -> Answer:
         """Check whether a viewer is there and responds, in up to twice `PATIENCE`.
 
         A successful connection is not enough: the kernel accepts it for a stopped process, too.

@@ -19,6 +19,7 @@ TURN = 0.25
 STARTING = 30.0
 """Time for a viewer to start [s], on a busy machine with a slow disk."""
 STARTED, SHOWING, CLOSED = "starting", "showing", "closed by its user"
+"""Values of `Viewer.state`, in addition to texts on problems."""
 SETTLED = 2.0
 """Uptime [s] from which on an exited viewer is restarted; an earlier exit would only recur."""
 ENDING = 2.0
@@ -76,15 +77,15 @@ class Viewer:
         self.address = self.proxy.url
         self._page: Page | None = None
         if view == WEB and self._command:
-            behind = free_port()
-            self._command += ["--serve-web", "--web-viewer-port", str(behind)]
-            self._page = Page(free_port(port), behind, f"http://{LOOPBACK}:{self.proxy.port}")
+            server = free_port()
+            self._command += ["--serve-web", "--web-viewer-port", str(server)]
+            self._page = Page(free_port(port), server, f"http://{LOOPBACK}:{self.proxy.port}")
             self.address = self.proxy.page(self._page.port)
         self._program = Program()
         self._server: Started | None = None
         self._state, self._shown, self._gone = STARTED, False, False
         self._came_up = self._leave = False
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # for the two collections of feeds
         self._files: dict[Path, Feed | None] = {}  # those that may grow
         self._last: list[Feed] = []  # of files that do not grow any more
         self._closing = threading.Event()
@@ -128,8 +129,7 @@ class Viewer:
 
         Args:
             recording: id of the recording.
-            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches; if fewer were
-                sent, in each of them.
+            sent: see `Page.interval`.
         """
         return BATCH if self._page is None else self._page.interval(recording, sent)
 
@@ -165,9 +165,10 @@ class Viewer:
             self._page.close()
 
     def _watch(self) -> None:
+        """Start, feed and check the viewer until `close`; then send the rest and stop it."""
         # Processes exit with the thread that starts them, so this thread starts and stops them.
         while not self._gone:
-            self._look()
+            self._check()
             if self._closing.wait(TURN):
                 break
         for path in list(self._files):
@@ -179,11 +180,12 @@ class Viewer:
         if self._server is not None and not self._leave:
             self._server.end(ENDING)
 
-    def _look(self) -> None:
+    def _check(self) -> None:
+        """Check once whether the viewer runs and answers; start, feed or report accordingly."""
         if self._command and (self._server is None or self._server.process.poll() is not None):
             self._start()
             return
-        answer = self.proxy.ask()
+        answer = self.proxy.check()
         if answer is Answer.HERE and (self._shown or self._page is None or self._page.answers()):
             self._shown = self._came_up = True
             self._state = SHOWING
@@ -194,19 +196,22 @@ class Viewer:
         early = self._command and not self._came_up and time.monotonic() - self._began < STARTING
         self._shown = False
         self._state = STARTED if early else f"{answer.value} at {self.address}"
+        # A process that still feeds a viewer that is gone would wait for it, so stop it. A silent
+        # viewer may only be slow.
         if answer is Answer.NOBODY:
-            self._unplug()
+            self._stop_feeds()
 
     def _start(self) -> None:
+        """Start the viewer, or start it again unless its user closed it or it fails at once."""
         assert self._command is not None
         if self._server is not None:
-            self._unplug()
-            code, complaint = self._server.process.returncode, self._server.complaint
+            self._stop_feeds()
+            code, error = self._server.process.returncode, self._server.last_error
             if self._native and code == 0:
                 self._give_up(CLOSED)
                 return
             if time.monotonic() - self._began < SETTLED:
-                self._give_up(f"could not start: {complaint or f'exit code {code}'}")
+                self._give_up(f"could not start: {error or f'exit code {code}'}")
                 return
             self.restarts += 1
         elif self._native and not screens():
@@ -218,13 +223,15 @@ class Viewer:
             self._server = self._program.start(
                 self._command, tied=not self._native, screen=self._native
             )
-        except OSError as error:
-            self._give_up(f"could not start: {error}")
+        except OSError as reason:
+            self._give_up(f"could not start: {reason}")
 
     def _give_up(self, state: str) -> None:
+        """End with a state; the viewer is not started again."""
         self._shown, self._state, self._gone = False, state, True
 
     def _feed(self) -> None:
+        """Start a process for each file that has none, or whose process has failed."""
         with self._lock:
             self._last = [feed for feed in self._last if not feed.over]
             for path, feed in self._files.items():
@@ -234,7 +241,8 @@ class Viewer:
                 if feed is None:
                     self._files[path] = Feed(path, *self.proxy, self._program)
 
-    def _unplug(self) -> None:
+    def _stop_feeds(self) -> None:
+        """Stop all processes; growing files are sent again from their beginning."""
         with self._lock:
             for feed in (*self._last, *self._files.values()):
                 if feed is not None:
