@@ -39,7 +39,7 @@ class ColumnOf(Section):
 
 
 class SignalColumn(ColumnOf):
-    """Column of the vibration."""
+    """Column of a vibration signal, with the direction of its axis and the sensor's sensitivity."""
 
     direction: str | float | None = Field(
         default=None, description="angle of the axis from the deck's x, rad; default: x, then y"

@@ -42,7 +42,7 @@ STEEL = 7800.0
 EQUAL, UNEQUAL = "suspension", "unequal_suspension"
 """Alternative suspensions; a scene has one or the other."""
 APART, TINY = 0.01, 1e-9
-"""Initial relative difference of unequal springs, and the smallest damping."""
+"""Initial relative difference of unequal springs, and least initial damping [N s/m]."""
 ALIKE = 2.0
 """Difference of sums of squares, in noise variances, below which effects explain equally well."""
 BALLS_ONLY = {

@@ -79,12 +79,12 @@ class Problem:
 
     @property
     def start(self) -> np.ndarray:
-        """Start values in SI units."""
+        """Start values of all parameters [SI], shape (parameters,)."""
         return np.array([parameter.start for parameter in self.parameters])
 
     @property
     def scales(self) -> np.ndarray:
-        """Scales of the parameters."""
+        """Magnitude of a large change of each parameter [SI], shape (parameters,)."""
         return np.array([parameter.scale for parameter in self.parameters])
 
     def part(self, recordings: Sequence[int], until: float | None = None) -> "Problem":

@@ -74,7 +74,7 @@ class ChannelDeviation:
         return None if value is None or not span > 0 else value / span
 
     def report(self) -> dict[str, Any]:
-        """Return JSON-able values."""
+        """Return the deviation as JSON-able values; None where nothing could be compared."""
         there = self.compared > 0
         return {
             "channel": self.channel,

@@ -101,7 +101,8 @@ def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> lis
         heights: heights of the intervals, together at most ``top``.
         top: upper limit of the intervals; the lower limit is 0.
     """
-    # Overlapping neighbours form a block, which is centred on its members' desired centres.
+    # Overlapping neighbours form a block, which is centred on its members' desired centres and may
+    # then overlap the next block ("pool adjacent violators", as in isotonic regression).
     blocks: list[tuple[list[float], list[float]]] = []
     for y, height in zip(wanted, heights, strict=True):
         blocks.append(([y], [height]))

@@ -49,14 +49,16 @@ Limits = tuple[tuple[float, float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class PanelLine:
-    """Curve of a panel."""
+    """Curve of a panel, in the units of the panel's axes."""
 
     name: str
     x: np.ndarray
     y: np.ndarray
     colour: str
     width: float = 1.3
+    """Width of the line [pt]."""
     dashes: tuple[float, ...] = ()
+    """Alternating lengths of dashes and gaps, in line widths; empty for a solid line."""
 
 
 @dataclass(frozen=True)

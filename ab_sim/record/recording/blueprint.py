@@ -93,7 +93,7 @@ def _reference_curves(channels: Sequence[str]) -> dict[str, list[PlottedCurves]]
 
 
 def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
-    """Return the page that explains the run."""
+    """Return the page with drawings, speed, whirl, ball angles and an explanation."""
     curves = drawing.curves
     speed = [*_of_channels(channels, "spindle_speed"), curves.speed_level()]
     pictures = rrb.Grid(drawing.space.view(), drawing.top.view())

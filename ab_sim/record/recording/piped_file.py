@@ -111,6 +111,8 @@ class PipedFile:
 
     def _drain(self) -> bool:
         """Copy the pipe's data to the file; return False when the pipe is closed."""
+        # Both the thread and `sync` copy: the thread keeps the pipe from filling up, which would
+        # block Rerun, and `sync` must not return before the data it waits for are copied.
         with self._lock:
             while size := self._pipe.readinto(self._buffer):
                 rest = memoryview(self._buffer)[:size]

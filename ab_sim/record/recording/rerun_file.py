@@ -168,6 +168,7 @@ class RerunFile:
             if file.read(_HEADER)[: len(_MAGIC)] != _MAGIC or self.size < _HEADER:
                 raise RecordingError(f"{self.path} is not a Rerun recording")
             while at < self._end:
+                # Filled up, an incomplete header at the end has an impossible kind.
                 header = file.read(_MESSAGE.size).ljust(_MESSAGE.size, b"\xff")
                 kind, length = _MESSAGE.unpack(header)
                 after = at + _MESSAGE.size + length

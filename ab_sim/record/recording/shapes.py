@@ -253,11 +253,11 @@ class Space:
     mounts: Array
     """Positions of the mounts on the deck, on its axes [mm], shape (mounts, 3)."""
     race_heights: tuple[float, ...]
-    """Heights of the races [mm]."""
+    """Heights of the races along the shaft from the deck's origin [mm]."""
     ball_heights: tuple[float, ...]
-    """Heights of the balls [mm]."""
+    """Height of each ball's race [mm]."""
     rotor_height: float
-    """Height of the rotor [mm]."""
+    """Height of the rotor's disc and unbalance [mm]."""
     race_radius: float
     """Radius of the circle of the balls' centres [mm]."""
     ball_radii: tuple[float, ...]
@@ -433,7 +433,7 @@ def _more(turn: Array, factor: float) -> Array:
 
 
 def _rotated(turn: Array, points: Array) -> Array:
-    """Return points rotated by unit quaternions (w, x, y, z)."""
+    """Return points, shape (..., 3), rotated by unit quaternions (w, x, y, z), shape (..., 4)."""
     axis = turn[..., 1:]
     across = np.cross(axis, points)
     return np.asarray(points + 2.0 * (turn[..., :1] * across + np.cross(axis, across)))

@@ -152,6 +152,8 @@ def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
     turns = np.floor(behind[0] / (2.0 * np.pi))
     if turns < TURNS:
         return None
+    # Each row stands for the angle around it. Over whole turns, Hann's window makes the average of
+    # other orders, and of a slow drift, nearly 0.
     share = behind / (2.0 * np.pi * turns)
     weights = np.where(share < 1.0, 1.0 - np.cos(2.0 * np.pi * share), 0.0) * -np.gradient(behind)
     weights /= weights.sum()
