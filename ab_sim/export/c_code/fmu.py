@@ -320,7 +320,7 @@ def platform_tuple() -> str:
 
 
 def _rows(variables: list[Variable]) -> Iterator[str]:
-    """Yield the rows of the table of variables in ``fmu.c``."""
+    """Yield the rows of the table of variables in fmu.c."""
     for reference, variable in enumerate(variables):
         values = f"{reference}, {variable.settable}, AT({variable.place}), {_least(variable)}"
         yield f"    {{{values}}}, /* {variable.name} */\n"
