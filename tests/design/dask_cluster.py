@@ -1,14 +1,17 @@
 """Dask cluster of processes on this machine, reached over loopback only."""
 
+import importlib
 import os
 import socket
-import subprocess
 import sys
 import time
+from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 from types import TracebackType
 
-ROOT = Path(__file__).parents[2]
+from ab_sim.engine.kernels import code
+from tests.forked import forked
+
 IDLE = {
     "DASK_DISTRIBUTED__DIAGNOSTICS__NVML": "False",
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
@@ -20,7 +23,7 @@ BEGINS = 60.0
 
 
 class DaskCluster:
-    """Scheduler and workers in separate processes; a context manager.
+    """Scheduler and workers in forked processes; a context manager.
 
     Args:
         folder: folder for the cluster's files.
@@ -33,8 +36,8 @@ class DaskCluster:
         self._folder = folder / "cluster"
         self._folder.mkdir()
         self.port = free_port()
-        self.processes: list[subprocess.Popen[bytes]] = []
-        self.workers: list[subprocess.Popen[bytes]] = []
+        self.processes: list[ForkServerProcess] = []
+        self.workers: list[ForkServerProcess] = []
         self.begin()
         for _ in range(workers):
             self.add_worker()
@@ -50,22 +53,31 @@ class DaskCluster:
         )
         until = time.monotonic() + BEGINS
         while not listens(self.port):
-            assert self.scheduler.poll() is None and time.monotonic() < until, self.said()
+            assert self.scheduler.is_alive() and time.monotonic() < until, self.said()
             time.sleep(0.05)
 
-    def add_worker(self, *options: str, **environment: str) -> None:
-        """Start a worker without a nanny, which would restart the worker after it is killed."""
+    def add_worker(self, path: Path | None = None, without: str = "", **environment: str) -> None:
+        """Start a worker without a nanny, which would restart the worker after it is killed.
+
+        Args:
+            path: folder in front of the worker's search path.
+            without: package that the worker lacks.
+            environment: environment variables in addition to those of the test process.
+        """
         own = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder))
-        self.workers.append(self._started("worker", self.address, *own, *options, **environment))
+        process = self._started(
+            "worker", self.address, *own, path=path, without=without, **environment
+        )
+        self.workers.append(process)
 
     def kill_worker(self, which: int = 0) -> None:
         process = self.workers.pop(which)
         process.kill()
-        process.wait()
+        process.join()
 
     def kill_scheduler(self) -> None:
         self.scheduler.kill()
-        self.scheduler.wait()
+        self.scheduler.join()
 
     def said(self) -> str:
         return "".join(file.read_text() for file in sorted(self._folder.glob("*.log")))
@@ -82,25 +94,52 @@ class DaskCluster:
         for process in self.processes:
             process.kill()
         for process in self.processes:
-            process.wait()
+            process.join()
 
-    def _started(self, program: str, *options: str, **environment: str) -> subprocess.Popen[bytes]:
-        log = (self._folder / f"{program}-{len(self.processes)}.log").open("wb")
-        own = {"PYTHONPATH": str(ROOT), **IDLE}
-        process = subprocess.Popen(
-            [
-                *(sys.executable, "-m", f"distributed.cli.dask_{program}"),
-                *("--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0", "--no-dashboard"),
-                *options,
-            ],
-            cwd=self._folder,
-            env={**os.environ, **own, **environment},
-            stdout=log,
-            stderr=subprocess.STDOUT,
-        )
-        log.close()
+    def _started(
+        self,
+        program: str,
+        *options: str,
+        path: Path | None = None,
+        without: str = "",
+        **environment: str,
+    ) -> ForkServerProcess:
+        log = self._folder / f"{program}-{len(self.processes)}.log"
+        log.touch()
+        own = ("--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0", "--no-dashboard")
+        variables = {**os.environ, **IDLE, **environment}
+        process = forked(_run, program, [*own, *options], variables, log, path, without)
         self.processes.append(process)
         return process
+
+
+def _run(
+    program: str,
+    options: list[str],
+    environment: dict[str, str],
+    log: Path,
+    path: Path | None,
+    without: str,
+) -> None:
+    """Run a program of Dask in the forked process."""
+    file = os.open(log, os.O_WRONLY)
+    for number in (1, 2):
+        os.dup2(file, number)
+    os.environ.clear()
+    os.environ.update(environment)
+    os.chdir(log.parent)
+    code._codes.clear()  # the environment may limit the processor's features
+    if path is not None:
+        sys.path.insert(0, str(path))
+    if without:
+        for name in list(sys.modules):
+            if name.partition(".")[0] == without:
+                del sys.modules[name]
+        sys.modules[without] = None  # type: ignore[assignment]
+    import dask
+
+    dask.config.refresh()
+    importlib.import_module(f"distributed.cli.dask_{program}").main(options)
 
 
 def free_port() -> int:

@@ -1,9 +1,9 @@
 """Work on a Dask cluster: the same bits as here, and one clear line where it fails."""
 
 import functools
+import importlib
 import os
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -19,7 +19,8 @@ from ab_sim.design import work
 from ab_sim.design.cluster import Cluster, ClusterUnusable, checked_address
 from tests.cli.killed import KeptWork
 from tests.design import calls
-from tests.design.dask_cluster import ROOT, DaskCluster, free_port
+from tests.design.dask_cluster import DaskCluster, free_port
+from tests.forked import forked
 from tests.waiting import PATIENCE, until
 
 pytestmark = pytest.mark.long
@@ -93,39 +94,34 @@ def test_an_error_is_raised_as_itself(cluster: DaskCluster) -> None:
 
 def test_a_worker_of_other_sources_is_refused(tmp_path: Path) -> None:
     """It differs in a module that is not ab_sim's, by a byte."""
-    source = (ROOT / "tests" / "design" / "calls.py").read_text()
+    source = (Path(__file__).parent / "calls.py").read_text()
     (tmp_path / "own_calls.py").write_text(source)
     there = tmp_path / "there"
     there.mkdir()
     (there / "own_calls.py").write_text(f"{source}#")
-    program = (
-        "import sys; from ab_sim.design.cluster import Cluster; import own_calls; "
-        "print(list(Cluster(sys.argv[1]).each(own_calls.where, range(3))))"
-    )
-    environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}"}
+    answer = tmp_path / "answer.txt"
     time.sleep(0.05)  # a file that is as new as the process may not be what it has imported
     with DaskCluster(tmp_path) as small:
-        small.add_worker(PYTHONPATH=f"{ROOT}:{there}")
-        done = subprocess.run(
-            [sys.executable, "-c", program, small.address],
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE,
-        )
-        assert "another source of own_calls" in done.stderr, done.stderr
-        assert "would not give the same bits" in done.stderr
+        small.add_worker(there)
+        forked(_ask, tmp_path, small.address, answer).join(PATIENCE)
+        assert "another source of own_calls" in answer.read_text(), small.said()
+        assert "would not give the same bits" in answer.read_text()
         small.kill_worker()
-        small.add_worker("--preload", "no_ab_sim", PYTHONPATH=without_ab_sim(tmp_path))
+        small.add_worker(without="ab_sim")
         with pytest.raises(ClusterUnusable, match="a worker has no ab_sim"):
             with Cluster(small.address) as each:
                 list(each.each(calls.where, range(3)))
 
 
-def without_ab_sim(folder: Path) -> str:
-    """What makes a Python that has ab_sim do without it."""
-    (folder / "no_ab_sim.py").write_text("import sys\nsys.modules['ab_sim'] = None\n")
-    return str(folder)
+def _ask(path: Path, address: str, answer: Path) -> None:
+    """Request work of a module in a folder, and write down the refusal; in a forked process."""
+    sys.path.insert(0, str(path))
+    where = importlib.import_module("own_calls").where
+    try:
+        with Cluster(address) as each:
+            list(each.each(where, range(3)))
+    except ClusterUnusable as refusal:
+        answer.write_text(str(refusal))
 
 
 @pytest.mark.parametrize(
@@ -199,13 +195,11 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
     assert sorted(work.runs()) == [*range(1500)]
 
 
-def test_ordinary_sweeps_do_not_import_dask(tmp_path: Path) -> None:
-    program = (
-        "import sys, ab_sim; ab_sim.sweep('no-ball', {'rotor.eccentricity': [1e-4]}); "
-        "assert not {'dask', 'distributed'} & sys.modules.keys()"
-    )
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
-    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
+def test_ordinary_sweeps_do_not_import_dask(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("dask", "distributed"):
+        monkeypatch.setitem(sys.modules, name, None)  # importing it would raise an error
+    found = ab_sim.sweep("no-ball", {"rotor.eccentricity": [1e-4]})
+    assert found.table["failure"].null_count == 1
 
 
 def test_workers_and_a_scheduler_that_are_lost(

@@ -13,7 +13,9 @@ from typing import Any
 WIDTH = {"COLUMNS": "200"}
 """Width of all tables; consoles read it when they are imported."""
 _SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(["tests.forked.warm", "pyarrow.parquet", "scipy.stats", "pandas"])
+_SERVER.set_forkserver_preload(
+    ["tests.forked.warm", "pyarrow.parquet", "scipy.stats", "pandas", "distributed"]
+)
 
 
 def forked(target: Callable[..., None], *arguments: Any) -> ForkServerProcess:

@@ -12,7 +12,6 @@ from gallery.thesis.adjustments import (
 from gallery.thesis.causes import necessary_claim
 from gallery.thesis.drive import HOLD, THESIS, StartUp, start_ups
 from gallery.thesis.other_drives import CASES, Ratios
-from gallery.thesis.ratios import ratio_claims
 from gallery.thesis.rotation_causes import (
     promoted_claims,
     quick_claim,
@@ -60,17 +59,6 @@ def test_the_force_grows_as_the_race_with_the_hold_alone() -> None:
     free, held = (as_far_claim(number, made) for number in ("4.32", "4.33"))
     assert free.holds is False and "1.49 times that in 4.24" in free.ours
     assert held.holds and "1.94 times that in 4.25" in held.ours
-
-
-def test_what_the_japanese_says_of_the_forces() -> None:
-    said = {(claim.figure, claim.printed): claim for claim in ratio_claims()}
-    few = (
-        ("4.26 (b)", "peak force over that of 4.24: about 0.333 or less", "0.262"),
-        ("4.27 (b)", "peak force over that of 4.25 (the English: 2/3): about 0.333", "0.357"),
-        ("4.29 (b)", "peak force over that of 4.24: about 1.8 or more", "2.28"),
-    )
-    for figure, printed, ours in few:
-        assert said[figure, printed].holds and said[figure, printed].ours == ours
 
 
 def test_forces_and_ways_of_sections_4_1_to_4_4() -> None:

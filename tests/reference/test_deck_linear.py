@@ -178,7 +178,7 @@ def test_small_angle_equations_about_balance(name: str, seed: int) -> None:
 
 
 def test_small_angle_motion_misses_the_second_order() -> None:
-    plate, times = Plate(), np.linspace(0.0, 0.1, 11)[1:]
+    plate, times = Plate(), np.linspace(0.0, 0.03, 4)[1:]
     place = np.array([1e-4, -2e-4, 3e-4, 0.01, -8e-3, 5e-3])
     rates = np.array([0.02, -0.03, 0.05, 0.6, -0.4, 0.5])
     phi, turning = np.array([0.5, -0.35]), np.array([5.0, -3.0])
