@@ -44,8 +44,6 @@ class Course:
         self.drive = Drive(load_scene("balanced-start-up", [limit, *changes]), commanded=True)
         self._told, self._change = told, change
         self._draw = np.random.default_rng(1)
-        self.whirl = math.nan
-        """Mean whirl in the last period [m]."""
         self.commands: list[float] = []
 
     def on(self, seconds: float, leader: Any, *others: Any) -> None:
@@ -68,4 +66,9 @@ class Course:
                 for sample in self._change(sound):
                     for each in (leader, *others):
                         each.sample(*sample)
-            self.whirl = float(np.hypot(run["x"], run["y"]).mean())
+
+    def free_whirl(self) -> float:
+        """Return the whirl after 4 s at the last command, when a free whirl is gone [m]."""
+        self.drive.advance(3995)
+        run = self.drive.advance(5)
+        return float(np.hypot(run["x"], run["y"]).mean())

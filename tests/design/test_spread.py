@@ -16,7 +16,6 @@ import ab_sim
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.base.errors import InputError, SceneError
-from ab_sim.base.workers import Workers
 from ab_sim.design import judged, work
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.judged import FAILED, OUTCOME, Job, Point, has_settled
@@ -84,7 +83,7 @@ def test_the_share_until_a_precision_covers(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("ab_sim.design.sweep.unit_of", lambda key: "1")  # which takes long
     hits, runs = [], []
     scene, tolerances = ab_sim.load_scene("thesis-hold"), [tolerance_of(UNIFORM[0])]
-    for seed in range(250):
+    for seed in range(60):
         asked = KNOWN._replace(
             seed=seed, runs=100, until=0.03, pairs=0, metrics=("residual_unbalance",)
         )
@@ -93,7 +92,7 @@ def test_the_share_until_a_precision_covers(monkeypatch: pytest.MonkeyPatch) -> 
         runs.append(found.share.runs)
         assert found.share.half_width <= 0.03
         assert found.share.balanced == int(np.sum(found["residual_unbalance"] <= 0.9))
-    assert 0.93 <= np.mean(hits) <= 0.97
+    assert 0.89 <= np.mean(hits) <= 0.99, "one standard deviation is 0.03"
     assert 300 < np.mean(runs) < 500, "0.09 (1.96 / 0.03)^2 = 384"
 
 
@@ -116,23 +115,23 @@ def test_indices_are_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None
     """Whirl = U(0, 1) + N(0, 1 / 6): a third of the variance is the normal's."""
     monkeypatch.setattr(work, "judged", fake)
     over = ("start.speed=uniform:0,0.99", f"start.angle=normal:0,{0.99 / math.sqrt(24.0)}")
-    asked = KNOWN._replace(runs=8192, pairs=4096)
+    asked = KNOWN._replace(runs=4096, pairs=2048)
     found = spread("thesis-hold", asked, over=over).sobol
-    assert (found.pairs, found.runs) == (4096, 8192)
+    assert (found.pairs, found.runs) == (2048, 4096)
     speed, angle = found.indices["final_whirl_over_e"]
     assert (speed.factor, angle.factor) == ("start.speed", "start.angle")
-    assert [speed.first, speed.total] == pytest.approx([2 / 3] * 2, abs=0.04)
-    assert [angle.first, angle.total] == pytest.approx([1 / 3] * 2, abs=0.04)
+    assert [speed.first, speed.total] == pytest.approx([2 / 3] * 2, abs=0.06)
+    assert [angle.first, angle.total] == pytest.approx([1 / 3] * 2, abs=0.06)
     whole, none = found.indices["balanced"]
-    assert (whole.first, whole.total) == pytest.approx((1.0, 1.0), abs=0.06)
+    assert (whole.first, whole.total) == pytest.approx((1.0, 1.0), abs=0.08)
     assert (none.first, none.total) == (pytest.approx(0.0, abs=0.05), 0.0)
 
 
 def test_where_a_run_has_no_value_there_is_no_index(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work, "judged", fake)
     over = (*UNIFORM, "start.angle=normal:0,1")
-    found = spread("thesis-hold", KNOWN._replace(runs=8192), over=over).sobol
-    assert found.pairs == 2048 and set(found.missing) == {*KNOWN.metrics}
+    found = spread("thesis-hold", KNOWN._replace(runs=1024), over=over).sobol
+    assert found.pairs == 256 and set(found.missing) == {*KNOWN.metrics}
     assert "runs have no value" in found.missing["residual_unbalance"]
     assert set(found.indices) == {"balanced"}
     one = spread("thesis-hold", KNOWN, over=UNIFORM).sobol
@@ -203,21 +202,20 @@ def test_more_runs_go_on_from_those_that_are_there(
     assert 100 <= before <= 200 and len(counted) == 700
 
 
-def test_it_does_not_depend_on_how_the_work_is_shared(
+def test_it_does_not_depend_on_how_the_work_is_divided(
     monkeypatch: pytest.MonkeyPatch, folder: Path
 ) -> None:
+    """Worker processes are tested with sweeps, which share the code."""
     scene = ab_sim.load_scene("balanced-start-up", ["duration=0.3"])
     tolerances = [tolerance_of(text) for text in SPREAD]
     found: list[Spread] = []
-    for chunk, executor in ((1e9, None), (1e-9, Workers(2))):
+    for chunk in (1e9, 1e-9):
         monkeypatch.setattr(work, "ENOUGH", 1e-9)
         monkeypatch.setattr(work, "CHUNK_SECONDS", chunk)
-        monkeypatch.setattr("ab_sim.base.workers.TRIAL", 0.0)
-        monkeypatch.setattr("ab_sim.base.workers.WORTH_IT", 0.0)
         for file in folder.glob("*/*"):
             file.unlink()
         asked = SpreadQuestion(64, pairs=8, criterion=SMALL)
-        found.append(run_spread(scene, tolerances, asked, executor))
+        found.append(run_spread(scene, tolerances, asked))
     one, other = found
     assert one.runs.table.equals(other.runs.table, check_metadata=True)
     assert one.report() == other.report()

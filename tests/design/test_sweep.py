@@ -19,6 +19,7 @@ from ab_sim.design.judged import FAILED
 from ab_sim.design.points import points_of, variable_of
 from ab_sim.design.sweep import Sweep, open_sweep, run_sweep
 from ab_sim.drive.drive import Drive
+from tests.forked import start_workers_at_once
 
 METRICS = ("final_whirl_over_e", "peak_whirl_over_e", "settled", "peak_tilt", "in_band_from")
 EVERY = tuple(metric.key for metric in reported_metrics() if metric.scalar)
@@ -70,13 +71,12 @@ def test_it_does_not_depend_on_how_the_work_is_shared(
     texts = (*OVER[scene], "profile.acceleration=30..45", "start.speed=90..99")
     points = points_of([variable_of(text) for text in texts], "sobol:64")
     one = ab_sim.load_scene(scene, ["duration=0.3"])
+    start_workers_at_once(monkeypatch)
     tables = []
     for number, (enough, chunk, samples) in enumerate(
         [(1e9, 1.0, 10**6), (1e-9, 1e-9, 3000), (1e-9, 1e9, 10**5)]
     ):
         sizes(monkeypatch, enough, chunk, samples)
-        monkeypatch.setattr("ab_sim.base.workers.TRIAL", 0.0)
-        monkeypatch.setattr("ab_sim.base.workers.WORTH_IT", 0.0)
         for file in folder.glob("*/*"):
             file.unlink()
         tables.append(run_sweep(one, points, METRICS, Workers(1 + number % 2)).table)

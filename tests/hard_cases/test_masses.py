@@ -24,7 +24,7 @@ def of_mass(mass: float, angles: tuple[float, float], **changes: Any) -> Any:
 
 
 @pytest.mark.parametrize("angles", [APART, (0.3, 0.3)])
-@pytest.mark.parametrize("mass", [1e-9, 1e-6, 0.01, 0.03, 0.049])
+@pytest.mark.parametrize("mass", [1e-9, 0.01, 0.049])
 def test_balls_of_any_mass(mass: float, angles: tuple[float, float]) -> None:
     drive = run(of_mass(mass, angles), 0.1)
     assert imbalance(drive) < 1e-9

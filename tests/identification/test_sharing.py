@@ -7,6 +7,7 @@ from ab_sim.base import workers
 from ab_sim.base.errors import Interrupted
 from ab_sim.identification.result import INTERRUPTED, Identification
 from ab_sim.identification.run import Question, run_identification
+from tests.forked import start_workers_at_once
 from tests.identification import drives
 
 MASS = "balls.mass"
@@ -23,8 +24,7 @@ def found(count: int, **more: object) -> Identification:
 @pytest.fixture
 def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Processes are started at once; what is given counts them."""
-    monkeypatch.setattr(workers, "TRIAL", 0.0)
-    monkeypatch.setattr(workers, "WORTH_IT", 0.0)
+    start_workers_at_once(monkeypatch)
     begun: list[int] = []
     start = workers.Workers._start
 

@@ -37,12 +37,9 @@ RUNS: dict[str, list[str]] = {
     "thesis-hold": ["start.speed=95", "effects.rolling_friction.arm=2e-5"],
     "packed-balls": ["start.speed=95"],
     "everything": ["start.speed=60"],
-    "weak-motor": [],
-    "couple-unbalance": ["start.speed=60"],
     "nsc-case-1": ["start.speed=100", "solver.stepper=imex8"],
     "on-edge": ["start.speed=95", "solver.stepper=imex8"],
     "feeding-deck": ["start.speed=60", "solver.stepper=imex8"],
-    "one-ball": ["solver.stepper=imex8", "effects.viscous_drag.coefficient=100"],
     "nsc-case-2": ["start.speed=100", "solver={stepper: taylor, parameters: {order: 6}}"],
 }
 """Scenes with and without events, in the plane and in space, by steps and by series."""

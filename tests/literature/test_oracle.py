@@ -170,22 +170,3 @@ def test_equilibria_of_the_nsc_rotor(value: dict[str, Any]) -> None:
     now = drive.observe()
     assert now.whirl == pytest.approx(value["r"], rel=RTOL, abs=1e-8 * 0.625e-3)
     np.testing.assert_allclose(now.theta, value["beta"], rtol=RTOL)
-
-
-@pytest.mark.parametrize("value", EQUILIBRIA, ids=lambda v: f"{v['n']}-{v['mass_factor']}")
-def test_eigenvalues_of_the_nsc_rotor(value: dict[str, Any]) -> None:
-    """Largest real part of the exact Jacobian where the drive is in equilibrium.
-
-    To 1e-11, ten times what the oracle's two makers agree to, where it demands 1e-8. The n - 2
-    zeros of a balanced set are left out.
-    """
-    drive = Drive(equilibrium_scene(value, check_scene))
-    field, state = drive.vector_field(), drive.snapshot().state
-    for _ in range(2):
-        # Newton's method; the deck's part is linear, and the balls are there.
-        state -= np.linalg.lstsq(field.jacobian(0.0, state), field.slope(0.0, state))[0]
-    np.testing.assert_allclose(state[field.layout.angles], value["beta"], atol=1e-14)
-    real = np.sort(np.linalg.eigvals(field.jacobian(0.0, state)).real)[::-1]
-    zeros = max(value["n"] - 2, 0) if "bal" in value["branch"] else 0
-    np.testing.assert_allclose(real[:zeros], 0.0, atol=1e-11)
-    assert real[zeros] == pytest.approx(value["lam_Rmax"], abs=1e-11)

@@ -46,7 +46,7 @@ from tests.show.collisions import overlaps
 
 ROUNDING = 1e-15
 STEPS = (0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3)
-TOLERANCES = (1e-4, 1e-7, 1e-10)
+TOLERANCES = (1e-5, 1e-9)
 SMOOTH: dict[str, Any] = {
     "start": {"speed": 80.0, "ball_angles": [0.3, -2.0]},
     # The hold begins and ends off every grid.

@@ -27,9 +27,9 @@ from ab_sim.analysis.maps.verdicts import (
     name_of,
     verdict,
 )
-from ab_sim.base import workers
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene import load_scene
+from tests.forked import start_workers_at_once
 
 AXES = "speed=100:400:33,effects.suspension.damping=1:60:33"
 
@@ -203,8 +203,7 @@ def test_two_processes_give_what_one_does(
     one = stability_map(nsc(), 8)
     for file in own_results.iterdir():
         file.unlink()
-    monkeypatch.setattr(workers, "TRIAL", 0.0)
-    monkeypatch.setattr(workers, "WORTH_IT", 0.0)
+    start_workers_at_once(monkeypatch)
     monkeypatch.setattr(stability, "verdict", lambda *_: NO_STATE)  # of this process only
     two = stability_map(nsc(), 8, workers=2)
     assert (two.labels == NO_STATE).sum() <= 2, "but for what showed that it takes long"
