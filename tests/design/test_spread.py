@@ -41,9 +41,7 @@ def spread(scene: str, question: SpreadQuestion, *changes: str, over: Sequence[s
     ("scene", "change"),
     [
         ("thesis-hold", "effects.rolling_friction="),
-        ("everything", "effects.motor="),
         ("feeding-deck", "name=space"),
-        ("adaptive-start-up", "name=adaptive"),
     ],
 )
 def test_its_runs_are_single_runs_to_the_bit(scene: str, change: str) -> None:

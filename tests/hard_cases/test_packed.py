@@ -68,21 +68,6 @@ def test_two_stuck_balls_that_touch_let_go_once() -> None:
     run(scene_of(effects={**RUBBING, "rolling_friction": {"arm": 3e-5}}), 2.2)
 
 
-def test_a_row_of_sixteen_under_gravity() -> None:
-    """Coefficient 1, the drive on edge."""
-    effects = {
-        **RUBBING,
-        "rolling_friction": {"arm": ROW["radius"]},
-        "gravity": {"tilt": np.pi / 2},
-        "viscous_drag": {"coefficient": 0.05},
-    }
-    balls, start = {**ROW, "count": 16}, {"speed": 5.0}
-    run(
-        scene_of(balls=balls, effects=effects, start=start, profile=None, solver={"step": 5e-4}),
-        2e-3,
-    )
-
-
 @pytest.mark.parametrize(("balls", "speed"), [(12, 0.0), (14, 10.0)])
 def test_balls_that_the_race_does_not_carry_stay_apart(balls: int, speed: float) -> None:
     """On edge: where N < 0, a ball leans on one that sticks, and went through it.
