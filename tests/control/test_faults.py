@@ -56,7 +56,8 @@ def every(count: int) -> Any:
     return lambda s: [s] if round(1e3 * s[0]) % count == 0 else []
 
 
-DRAW = np.random.default_rng(3)
+DRAW = np.random.default_rng(0)
+FIRST_DRAW = DRAW.bit_generator.state
 SAFE: dict[str, tuple[int, Any]] = {
     "loses three of ten": (1, lambda s: [s] if DRAW.random() > 0.3 else []),
     "pauses": (1, lambda s: [] if 0.8 < s[0] < 1.2 else [s]),
@@ -75,6 +76,7 @@ SAFE: dict[str, tuple[int, Any]] = {
 
 @pytest.mark.parametrize("oddity", SAFE)
 def test_it_balances_all_the_same(oddity: str) -> None:
+    DRAW.bit_generator.state = FIRST_DRAW  # the same draws in any order of the tests
     axes, change = SAFE[oddity]
     told = settings(axes=axes)
     start_up, course = StartUp(told), Course(told, change)

@@ -48,8 +48,8 @@ class Compared:
 def test_same_bits(quantity: str, axes: int, double: ctypes.CDLL) -> None:
     told = settings(quantity, axes)
     both = Compared(told, double)
-    Course(told).on(2.5, both)
-    assert both.python.dwells and both.periods == 500
+    Course(told).on(4.0, both)
+    assert both.python.dwells and both.periods == 800
 
 
 def test_same_bits_of_a_sensor_that_is_slow_and_fails(double: ctypes.CDLL) -> None:
