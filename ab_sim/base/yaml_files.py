@@ -4,6 +4,8 @@ A few hundred bytes with nested aliases can expand to billions of values. So the
 refer to are counted while a text is read, and reading stops at a limit. This module imports fast.
 """
 
+import copy
+import functools
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -105,11 +107,17 @@ def read_yaml(text: str) -> Any:
     if len(text.encode(errors="replace")) > MOST_BYTES:
         raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
     try:
-        return yaml.load(text, Loader=_Limited)
+        return copy.deepcopy(_parsed(text))
     except _TooMuch as error:
         raise ValueError(f"{error}; write it shorter") from error
     except (yaml.YAMLError, *_MADE_OF_BAD_VALUES) as error:
         raise ValueError(f"is not valid YAML: {_in_a_line(error)}") from error
+
+
+@functools.lru_cache(maxsize=32)
+def _parsed(text: str) -> Any:
+    """Return the content of a YAML text; to parse a scene takes longer than to check it."""
+    return yaml.load(text, Loader=_Limited)
 
 
 def yaml_text(content: Mapping[str, Any]) -> str:

@@ -62,8 +62,8 @@ CASES = {
 def test_it_is_at_least_as_good_as_a_grid(case: str) -> None:
     """The grid has as many runs as the search may do, and its best is within the same bounds."""
     scene, vary, aim, bounds = CASES[case]
-    found = tuned(scene, vary, aim, bounds, runs=250)
-    side = 15 if len(vary) == 2 else 225
+    found = tuned(scene, vary, aim, bounds, runs=120)
+    side = 10 if len(vary) == 2 else 100
     grid = ab_sim.sweep(
         scene,
         {each.partition("=")[0]: f"{each.partition('=')[2]}:{side}" for each in vary},

@@ -177,18 +177,6 @@ def test_a_missing_effect_is_flagged_and_named(tmp_path: Path) -> None:
     assert changed.effects["hardening_suspension"].cubic_stiffness == pytest.approx(2e7, rel=0.1)
 
 
-def test_a_sensor_that_drifts_is_seen(tmp_path: Path) -> None:
-    table = drives.recorded(drives.scene(BARE), balls=False)
-    table["ch2"] += 0.05 * table["t"]
-    file = drives.write(table, tmp_path / "drifts.csv")
-    found = ab_sim.identify(
-        [], drives.scene(), DECK, without_balls=[file], maps=[drives.mapping(tmp_path)],
-        propose=False,
-    )  # fmt: skip
-    assert found.verdict == OFF
-    assert "drifts: axis 2 drifts by 0.0001: does its sensor drift?" in found.reasons
-
-
 def test_gain_and_eccentricity_cannot_be_told_apart_without_balls(tmp_path: Path) -> None:
     found = fit_deck(tmp_path, drives.scene(TRUE), DECK, free=["gain"])
     (open_,) = found.knowledge.open

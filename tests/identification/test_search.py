@@ -99,6 +99,8 @@ def test_draws_of_starts_that_end_in_different_minima_are_reported(
     """No minimum counts as at noise level here, and none as found twice."""
     monkeypatch.setattr(stages, "AT_NOISE", 0.0)
     monkeypatch.setattr(stages, "AGREE", 0.0)
+    monkeypatch.setattr(stages, "STARTS", 4)
+    monkeypatch.setattr(stages, "HORIZONS", ((0.2, 4), (1.0, 2)))
     measured = drives.measured(drives.scene(), balls)
     found = run_identification(drives.scene({STIFFNESS: 1100.0}), [measured], BARE)
     name = measured.name if balls else "recordings without balls"

@@ -62,7 +62,7 @@ def formulas(draw: Any) -> list[Expression]:
     return known[-6:]
 
 
-@pytest.mark.parametrize("balls", [1, 2, 3, 5, 8, 9, 11, 16, 21])
+@pytest.mark.parametrize("balls", [1, 3, 8, 9, 16, 21])
 @settings(max_examples=8, suppress_health_check=list(HealthCheck))
 @given(roots=formulas(), seed=st.integers(0, 99))
 def test_all_ways_out_have_the_same_bits(

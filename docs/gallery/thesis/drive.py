@@ -1,5 +1,6 @@
 """The thesis' drive as a scene, its start-ups, and what its text states of them."""
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -177,13 +178,18 @@ def start_ups(
         duration: of each [s]; None: until 2.5 s after the critical speed.
     """
     variations = [variation_of(*case, target, duration) for case in cases]
-    base = load_scene(BASE)
+    base = _base()
     scenes = [changed_scene(base, variation, "the thesis") for variation in variations]
     runs = simulate_batch(base, variations, every=every, progress=tell).runs
     return [
         StartUp(*case, scene, run.trajectory)
         for case, scene, run in zip(cases, scenes, runs, strict=True)
     ]
+
+
+@functools.cache
+def _base() -> Scene:
+    return load_scene(BASE)
 
 
 def variation_of(
