@@ -159,5 +159,5 @@ def test_other_compilers_build_it(compiler: str, real: str, tmp_path: Path) -> N
         pytest.skip(f"no {words[0]}")
     if "picolibc" in compiler and not PICOLIBC.exists():
         pytest.skip("no picolibc")
-    flags = [*FLAGS, f"-DADAPTIVE_REAL={real}", "-c", "-o", str(tmp_path / "adaptive.o")]
+    flags = [*FLAGS, "-O0", f"-DADAPTIVE_REAL={real}", "-c", "-o", str(tmp_path / "adaptive.o")]
     subprocess.run([*words, *flags, str(SOURCE)], check=True)

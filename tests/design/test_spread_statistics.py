@@ -157,14 +157,14 @@ def test_indices_of_ishigamis_function() -> None:
     together = 8 * b**2 * four**2 / 225
     variance = sum(alone) + together
     rng = np.random.default_rng(5)
-    found = sampled(ishigami, lambda shape: rng.uniform(-math.pi, math.pi, shape), 2**15, 3)
+    found = sampled(ishigami, lambda shape: rng.uniform(-math.pi, math.pi, shape), 2**13, 3)
     for place, each in enumerate(found):
         total = alone[place] + (0.0 if place == 1 else together)
-        assert each.first == pytest.approx(alone[place] / variance, abs=0.02)
-        assert each.total == pytest.approx(total / variance, abs=0.02)
+        assert each.first == pytest.approx(alone[place] / variance, abs=0.04)
+        assert each.total == pytest.approx(total / variance, abs=0.04)
         assert each.first_interval[0] <= alone[place] / variance <= each.first_interval[1]
         assert each.total_interval[0] <= total / variance <= each.total_interval[1]
-        assert each.first_interval[1] - each.first_interval[0] < 0.05
+        assert each.first_interval[1] - each.first_interval[0] < 0.1
 
 
 def test_the_bootstrap_is_one_of_the_same_estimators() -> None:

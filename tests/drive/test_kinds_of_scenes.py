@@ -55,7 +55,7 @@ def test_a_forgotten_kind_that_nothing_runs_is_freed(
 
 
 EFFECTS = ([], [TILT := "effects.gravity.tilt=0.3"], [TILT, "effects.spindle_acceleration="])
-KINDS = [(balls, effects) for balls in range(1, 9) for effects in EFFECTS]
+KINDS = [(balls, effects) for balls in range(1, 5) for effects in EFFECTS]
 AGAIN = 20
 
 
