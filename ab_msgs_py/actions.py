@@ -14,7 +14,7 @@ RUN = "~/run"
 NOT_BUILT = "ab_interfaces is not built: there is no action ~/run; the services work without it"
 
 
-class Asked(NamedTuple):
+class RunRequest(NamedTuple):
     """A goal of the action."""
 
     profile: str
@@ -52,14 +52,14 @@ def run_profile() -> Any:
         return None
 
 
-def asked_of(request: Any) -> Asked:
+def request_of(request: Any) -> RunRequest:
     """Return the request in a goal message."""
-    return Asked(str(request.profile), [str(change) for change in request.changes])
+    return RunRequest(str(request.profile), [str(change) for change in request.changes])
 
 
-def goal_of(asked: Asked) -> Any:
+def goal_of(request: RunRequest) -> Any:
     """Return the goal message for a request."""
-    return run_profile().Goal(**asked._asdict())
+    return run_profile().Goal(**request._asdict())
 
 
 def feedback_of(progress: Progress) -> Any:

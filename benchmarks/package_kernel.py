@@ -26,7 +26,7 @@ class PackageKernel:
         drive.advance(first)
         self.drive, self.first, self.steps = drive, first, steps
         self.start = drive.snapshot()
-        self.scheduled = drive.profile.segment_at(drive.time)
+        self.scheduled = drive.schedule.segment_at(drive.time)
         if self.scheduled.end < (first + steps) * drive.step:
             raise SystemExit(f"{scene.name}: the steps run across a breakpoint of the profile")
         step_plan = StepPlan([StepRange(self.scheduled, first, steps, 0.0, drive.step)])

@@ -203,7 +203,7 @@ def run_scene(
         drive.scene,
         whole,
         tuple(samples[time] for time in times),
-        drive.profile.variable_speed_period,
+        drive.schedule.variable_speed_period,
         drive.stepper.name,
         drive.events,
         drive.steps_with_unresolved_events,

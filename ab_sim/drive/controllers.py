@@ -209,7 +209,7 @@ class SegmentsController:
         self._step_ns = round(step * 1e9)
         self._per_command = max(1, round(PERIOD / step))
         period, first = self._per_command * step, scene.start.speed
-        steepest = SpeedSchedule.asked(profile, first).steepest
+        steepest = SpeedSchedule.of_profile(profile, first).steepest
         self._deceleration = steepest or scene.spindle.max_acceleration
         self._execution = SegmentsExecution(RequestedProfile(profile, first), period, SILENCE)
         self._run = ProfileRun(period, self._say)

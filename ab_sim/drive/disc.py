@@ -87,7 +87,7 @@ def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapsh
             state=state,
             discrete_state=discrete_state,
             memory=np.empty(0),
-            profile=kept.profile.moved(0.0, further),
+            schedule=kept.schedule.moved(0.0, further),
         )
 
     return moved

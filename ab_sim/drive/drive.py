@@ -18,7 +18,13 @@ from ab_sim.model.dynamics.assemble import start_discrete_state, start_state, sy
 from ab_sim.model.dynamics.system import TURNS, has_motor, layout_of
 from ab_sim.model.spindle import ScheduledSegment, SpeedSchedule, SpeedServo
 from ab_sim.model.spindle.commands import TimedSpeeds, joined
-from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, parts, same_instant, segment_after
+from ab_sim.model.spindle.step_ranges import (
+    StepRange,
+    StepResolution,
+    parts,
+    same_instant,
+    segment_after,
+)
 from ab_sim.scene.model import Scene
 
 AT_ONCE = 10_000
@@ -97,15 +103,15 @@ class Drive:
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
         self._controlled = not commanded and scene.is_controlled
-        schedule = (
+        schedule_of = (
             SpeedSchedule.at_start if commanded or self._controlled else SpeedSchedule.of_scene
         )
-        self._first_profile = schedule(scene)
+        self._first_schedule = schedule_of(scene)
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
         self._row = KeptArray(self._room_for(1))
-        self._first_step_plan = StepPlan.along(self._first_profile, self._grid(), 0)
+        self._first_step_plan = StepPlan.along(self._first_schedule, self._resolution(), 0)
         self.reset()
 
     def __repr__(self) -> str:
@@ -134,14 +140,14 @@ class Drive:
         return int(self._work.counts[1])
 
     @property
-    def profile(self) -> SpeedSchedule:
+    def schedule(self) -> SpeedSchedule:
         """Return the known spindle speed over time; setting another one applies it from now on."""
-        return self._profile
+        return self._schedule
 
-    @profile.setter
-    def profile(self, profile: SpeedSchedule) -> None:
-        self._profile = profile
-        self._step_plan = StepPlan.along(profile, self._grid(), self.steps)
+    @schedule.setter
+    def schedule(self, schedule: SpeedSchedule) -> None:
+        self._schedule = schedule
+        self._step_plan = StepPlan.along(schedule, self._resolution(), self.steps)
 
     def reset(self) -> None:
         """Return to t = 0 and the scene's start state; commands are forgotten."""
@@ -153,7 +159,7 @@ class Drive:
 
     def _to_start(self) -> None:
         self.steps = 0
-        self._profile, self._step_plan = self._first_profile, self._first_step_plan
+        self._schedule, self._step_plan = self._first_schedule, self._first_step_plan
         self.controller = controller_of(self.scene, self.faults) if self._controlled else None
         """Controller, if the drive's profile has one; None after the first live command."""
         self._command: float | None = None
@@ -199,7 +205,7 @@ class Drive:
             CommandError: as ``command``; nothing has changed.
         """
         self._check_stable(speeds.top_speed())
-        self.profile = joined(self.profile, self.time, speeds, acceleration)
+        self.schedule = joined(self.schedule, self.time, speeds, acceleration)
         self._work.smooth[0] = math.nan
         self._command, self.controller = None, None
 
@@ -208,8 +214,8 @@ class Drive:
         if (speed, slope) == (self._command, self._acceleration):
             return
         now = self.time
-        angle, present = self.profile.angle(now), self.profile.speed(now)
-        self.profile = self.servo.approach(now, angle, present, speed, slope)
+        angle, present = self.schedule.angle(now), self.schedule.speed(now)
+        self.schedule = self.servo.approach(now, angle, present, speed, slope)
         self._work.smooth[0] = math.nan
         self._command, self._acceleration = float(speed), float(slope)
 
@@ -312,7 +318,7 @@ class Drive:
             )
         with self._steps.left_unchanged():
             if time - self.time > same_instant(time, self.step):
-                part = StepPlan(parts(self.profile, self._grid(), self.steps, time))
+                part = StepPlan(parts(self.schedule, self._resolution(), self.steps, time))
                 self._take(part, 1, self._room_for(1))
             there = StepRange(self._segment_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
@@ -351,7 +357,7 @@ class Drive:
             self._state.copy(),
             self._discrete_state.copy(),
             memory,
-            self.profile,
+            self.schedule,
             self._command,
             self._acceleration,
             {name: pickup.state for name, pickup in self._reader.pickups.items()},
@@ -367,7 +373,7 @@ class Drive:
             The snapshot does not fit; nothing has changed.
         """
         self.controller = self.check(snapshot)
-        self.steps, self.profile = snapshot.steps, snapshot.profile
+        self.steps, self.schedule = snapshot.steps, snapshot.schedule
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
         self._discrete_state[:] = snapshot.discrete_state
@@ -394,11 +400,11 @@ class Drive:
         snapshot.check_like(self.snapshot())
         return restored_controller(self.scene, self.faults, snapshot)
 
-    def _grid(self) -> StepGrid:
-        return StepGrid(self.step, self.choice.cycle)
+    def _resolution(self) -> StepResolution:
+        return StepResolution(self.step, self.choice.cycle)
 
     def _segment_at(self, time: float) -> ScheduledSegment:
-        return segment_after(self.profile, time, self.step)
+        return segment_after(self.schedule, time, self.step)
 
     def _room_for(self, steps: int) -> np.ndarray:
         """Return an uninitialised array for samples."""

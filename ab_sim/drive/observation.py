@@ -107,7 +107,7 @@ class Snapshot(NamedTuple):
     discrete_state: np.ndarray
     memory: np.ndarray
     """Values that the stepper carries from one step to the next."""
-    profile: SpeedSchedule
+    schedule: SpeedSchedule
     command: float | None
     """Commanded speed [rad/s]; None before the first command."""
     acceleration: float

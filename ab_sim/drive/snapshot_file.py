@@ -162,7 +162,9 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
     _within("steps", snapshot.steps, math.inf, least=0)
     for at, row in enumerate(np.atleast_2d(snapshot.discrete_state).tolist()):
         for column, mode in enumerate(row):
-            _within(f"modes.{at}.{column}", mode, MOST_TURNS if column == TURNS else MOST_MODE)
+            _within(
+                f"discrete_state.{at}.{column}", mode, MOST_TURNS if column == TURNS else MOST_MODE
+            )
     if snapshot.command is not None:
         _within("command", snapshot.command, top)
     _within("acceleration", snapshot.acceleration, scene.spindle.max_acceleration, least=0)
@@ -173,11 +175,11 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
     for name, part in numbers:
         if not np.all(np.isfinite(part)):
             raise ValueError(f"{name}: has a number that is not finite")
-    for at, piece in enumerate(snapshot.profile.segments):
-        name = f"pieces.{at}"
-        _within(f"{name}.start", piece.start, MOST_TIME)
-        _within(f"{name}.start_angle", piece.start_angle, MOST_ANGLE)
-        segment = piece.segment
+    for at, scheduled in enumerate(snapshot.schedule.segments):
+        name = f"segments.{at}"
+        _within(f"{name}.start", scheduled.start, MOST_TIME)
+        _within(f"{name}.start_angle", scheduled.start_angle, MOST_ANGLE)
+        segment = scheduled.segment
         _within(f"{name}.start_speed", segment.start_speed, top)
         if isinstance(segment, RaisedCosine):
             _within(f"{name}.change", segment.change, 2.0 * top)
@@ -185,7 +187,7 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
         else:
             _within(f"{name}.slope", segment.slope, MOST_SLOPE)
             if segment.slope != 0.0:
-                change = segment.slope * (piece.end - piece.start)
+                change = segment.slope * (scheduled.end - scheduled.start)
                 _within(f"{name}: speed at its end", segment.start_speed + change, top)
 
 
@@ -203,7 +205,7 @@ SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
 
 
 def write_snapshot(
-    path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping[str, Any], *modules: str
+    path: Path, scene: Scene, snapshot: Snapshot, extra: Mapping[str, Any], *modules: str
 ) -> None:
     """Write a snapshot; an existing file is replaced atomically.
 
@@ -211,13 +213,13 @@ def write_snapshot(
         path: file that ends in .json.
         scene: the drive's scene.
         snapshot: the drive's state.
-        beside: further JSON-able values to store.
+        extra: further JSON-able values to store.
         modules: names of the modules that continue from these values.
 
     Raises:
         InputError: the file cannot be written.
     """
-    run = json.dumps({"drive": _as_values(snapshot), "beside": dict(beside)})
+    run = json.dumps({"drive": _as_values(snapshot), "extra": dict(extra)})
     content = {
         "format": FORMAT,
         "version": VERSION,
@@ -259,7 +261,7 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
         kept = json.loads(run)
         snapshot = _from_values(entry(kept, "drive", dict))
         check_bounds(snapshot, scene)
-        return snapshot, entry(kept, "beside", dict)
+        return snapshot, entry(kept, "extra", dict)
     except NOT_AS_WRITTEN as error:
         reason = reason_of(error)
         raise InputError(f"snapshot {path}: holds no state of a drive: {reason}") from error
@@ -281,18 +283,18 @@ def _different(one: Any, other: Any, name: str = "") -> list[str]:
 
 
 def _as_values(snapshot: Snapshot) -> dict[str, Any]:
-    profile = snapshot.profile
+    schedule = snapshot.schedule
     return {
         "steps": snapshot.steps,
         "step": snapshot.step,
         "state": snapshot.state.tolist(),
-        "modes": snapshot.discrete_state.tolist(),
+        "discrete_state": snapshot.discrete_state.tolist(),
         "memory": [snapshot.memory.shape, snapshot.memory.ravel().tolist()],
-        "pieces": [
+        "segments": [
             [*scheduled[:3], type(scheduled.segment).__name__, scheduled[3]]
-            for scheduled in profile.segments
+            for scheduled in schedule.segments
         ],
-        "variable_speed_period": profile.variable_speed_period,
+        "variable_speed_period": schedule.variable_speed_period,
         "command": snapshot.command,
         "acceleration": snapshot.acceleration,
         "pickups": {
@@ -314,10 +316,10 @@ def _from_values(kept: Mapping[str, Any]) -> Snapshot:
         steps=steps,
         step=step,
         state=state,
-        discrete_state=entry(kept, "modes", lambda modes: np.array(modes, np.int64)),
+        discrete_state=entry(kept, "discrete_state", lambda modes: np.array(modes, np.int64)),
         memory=entry(kept, "memory", lambda memory: _numbers(memory[1]).reshape(memory[0])),
-        profile=SpeedSchedule.of_scheduled(
-            entry(kept, "pieces", _segments), kept.get("variable_speed_period")
+        schedule=SpeedSchedule.of_scheduled(
+            entry(kept, "segments", _segments), kept.get("variable_speed_period")
         ),
         command=entry(kept, "command", lambda command: None if command is None else float(command)),
         acceleration=entry(kept, "acceleration", float),
@@ -330,10 +332,10 @@ def _numbers(values: Any) -> NDArray[np.float64]:
     return np.array(values, float)
 
 
-def _segments(pieces: Any) -> list[ScheduledSegment]:
+def _segments(rows: Any) -> list[ScheduledSegment]:
     segments = [
         ScheduledSegment(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
-        for start, end, angle, kind, parts in pieces
+        for start, end, angle, kind, parts in rows
     ]
     starts = [segment.start for segment in segments]
     ends = [segment.end for segment in segments]

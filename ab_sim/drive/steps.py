@@ -23,11 +23,11 @@ from ab_sim.engine.stepping.assemble import NOWHERE, known_of, run_with
 from ab_sim.engine.stepping.fixed_step import advance
 from ab_sim.engine.taylor.assemble import memory_size, run_by_taylor
 from ab_sim.engine.taylor.driver import advance_by_taylor
-from ab_sim.model.dynamics.assemble import place_on, state_bounds
+from ab_sim.model.dynamics.assemble import active_segment, state_bounds
 from ab_sim.model.dynamics.system import System
 from ab_sim.model.spindle import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.model.spindle.schedule import Segment
-from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, step_ranges
+from ab_sim.model.spindle.step_ranges import StepRange, StepResolution, step_ranges
 
 FOREVER = 2**52
 """Number of steps that no run exceeds; step numbers up to it are exact as floats."""
@@ -73,9 +73,9 @@ class StepPlan:
             self._places += [(part, at) for at in range(len(table))]
 
     @classmethod
-    def along(cls, profile: SpeedSchedule, grid: StepGrid, first: int) -> "StepPlan":
-        """Return the plan of all steps along a profile after the first ``first`` ones."""
-        return cls(step_ranges(profile, grid, first, FOREVER))
+    def along(cls, schedule: SpeedSchedule, resolution: StepResolution, first: int) -> "StepPlan":
+        """Return the plan of all steps along a schedule after the first ``first`` ones."""
+        return cls(step_ranges(schedule, resolution, first, FOREVER))
 
     @property
     def kinds(self) -> set[type[Segment]]:
@@ -131,7 +131,7 @@ def _line(step_range: StepRange, next_: StepRange) -> list[float]:
     # The last part of a step completes it.
     ended = step_range.steps or int(next_.first != step_range.first)
     place, first, start = (
-        place_on(step_range.scheduled),
+        active_segment(step_range.scheduled),
         step_range.first,
         step_range.scheduled.start,
     )

@@ -181,13 +181,13 @@ class DriveHealth:
         if self.checks is None or work_precision is None:
             return []
         angle, whirl = self.checks.estimate
-        if share_of(work_precision.asked, angle, whirl) <= 1.0:
+        if share_of(work_precision.requested, angle, whirl) <= 1.0:
             return []
         wishes = [
             f"{key} {error:.1e} {unit} (requested {limit:g})"
             for key, error, limit, unit in (
-                ("ball angle", angle, work_precision.asked.angle, "rad"),
-                ("whirl", whirl, work_precision.asked.whirl, work_precision.unit),
+                ("ball angle", angle, work_precision.requested.angle, "rad"),
+                ("whirl", whirl, work_precision.requested.whirl, work_precision.unit),
             )
             if limit is not None and error > limit
         ]

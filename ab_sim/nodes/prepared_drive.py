@@ -207,28 +207,28 @@ class CommandedDrive:
         """
         self._stepped.reset()
         self.path.reset()
-        self.faults.begin_anew(0)
+        self.faults.restart(0)
 
     def reset_time(self) -> None:
         """Set the time to 0 in the present state; commands remain in force."""
         kept = self.drive.snapshot()
         self.path.count_from(self.drive.steps, 0)
         self.faults.count_from(self.drive.steps, 0)
-        self.restore(kept._replace(steps=0, profile=kept.profile.moved(-self.drive.time)))
+        self.restore(kept._replace(steps=0, schedule=kept.schedule.moved(-self.drive.time)))
 
     def reset_state(self) -> None:
         """Reset the state to the scene's start, and keep the time; drop commands on the bus."""
         steps, time = self.drive.steps, self.drive.time
         self.reset()
-        self.faults.begin_anew(steps)
+        self.faults.restart(steps)
         start = self.drive.snapshot()
-        self.restore(start._replace(steps=steps, profile=start.profile.moved(time)))
+        self.restore(start._replace(steps=steps, schedule=start.schedule.moved(time)))
 
     def restore(self, to: Snapshot) -> None:
         """Continue from a snapshot, and restart the error checks."""
         self.drive.restore(to)
         if self.checks is not None:
-            self.checks.begin_anew()
+            self.checks.restart()
 
     def set_checks(self, checks: LiveChecks | None) -> None:
         """Replace the error checks; None: no checks."""

@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.publisher import Publisher
 
 from ab_msgs_py import ENDED, Level, Task, services, topics
-from ab_msgs_py.actions import Asked, Outcome
+from ab_msgs_py.actions import Outcome, RunRequest
 from ab_msgs_py.services import Answer
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import AbSimError, InputError
@@ -358,15 +358,15 @@ class ProfileController(BaseNode):
             time.sleep(0.01)
         return bool(listeners)
 
-    def _start_goal(self, asked: Asked) -> str:
+    def _start_goal(self, request: RunRequest) -> str:
         with self._lock:
             try:
-                if asked.changes and not asked.profile:
+                if request.changes and not request.profile:
                     raise InputError(
                         "changes: apply to a profile, and the goal names none; name a profile, or "
                         "send no changes"
                     )
-                plan = self._plan(*asked) if asked.profile else self._next
+                plan = self._plan(*request) if request.profile else self._next
             except AbSimError as error:
                 return str(error)
             self._inputs.subscribe_to(plan.inputs)

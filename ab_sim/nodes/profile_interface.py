@@ -12,7 +12,7 @@ from rclpy.action import CancelResponse
 from rclpy.node import Node
 
 from ab_msgs_py import Level, Qos, Topic, actions, topics
-from ab_msgs_py.actions import Asked, Outcome, Progress
+from ab_msgs_py.actions import Outcome, Progress, RunRequest
 from ab_msgs_py.samples import spindle_of
 from ab_sim.model.spindle.profile_run import (
     ProfileExecution,
@@ -110,7 +110,7 @@ class ProfileAction:
     """
 
     def __init__(
-        self, node: Node, start: Callable[[Asked], str], cancel: Callable[[], bool]
+        self, node: Node, start: Callable[[RunRequest], str], cancel: Callable[[], bool]
     ) -> None:
         self._node, self._start, self._cancel = node, start, cancel
         self._goal: Goal | None = None
@@ -152,7 +152,7 @@ class ProfileAction:
         if not refusal:
             # Set before the start, because the profile may end immediately.
             self._goal, self._sent_at = goal, -math.inf
-            if refusal := self._start(actions.asked_of(goal.request)):
+            if refusal := self._start(actions.request_of(goal.request)):
                 self._goal = None
         if refusal:
             self._end(goal, False, Outcome(f"refused: {refusal}", 0.0, 0.0))

@@ -128,14 +128,14 @@ class CheckedProfile:
         profile = self._asked.profile
         if isinstance(profile, AdaptiveProfile):
             return profile.acceleration
-        return SpeedSchedule.asked(profile, self._asked.first).steepest
+        return SpeedSchedule.of_profile(profile, self._asked.first).steepest
 
     @property
     def schedule(self) -> SpeedSchedule | None:
         """Speed over time; None if it depends on measurements."""
         if isinstance(self._asked.profile, AdaptiveProfile) or waits_for_vibration(self._asked):
             return None
-        return SpeedSchedule.asked(self._asked.profile, self._asked.first)
+        return SpeedSchedule.of_profile(self._asked.profile, self._asked.first)
 
     @property
     def inputs(self) -> ProfileInputs:

@@ -41,8 +41,8 @@ class Until(Section):
         "length of the window over which the rms is taken", "s", ge=1e-3, le=1e4
     )
     at_most: Number = quantity("longest duration of the segment", "s", ge=1e-3, le=1e4)
-    otherwise: Literal["go_on", "abort"] = Field(
-        default="go_on", description="reaction if the segment reaches at_most: go_on or abort"
+    otherwise: Literal["continue", "abort"] = Field(
+        default="continue", description="reaction if the segment reaches at_most: continue or abort"
     )
 
     @model_validator(mode="after")

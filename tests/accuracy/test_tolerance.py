@@ -169,7 +169,7 @@ def test_resolved_scene_is_what_is_recorded_and_runs_again_to_the_same_bits() ->
     assert drive.scene.solver.step == drive.step
     assert drive.scene.solver.stepper == drive.stepper.name
     described = describe(drive.scene, work_precision.report())
-    assert described["accuracy"]["asked"] == {"angle": 1e-7}
+    assert described["accuracy"]["requested"] == {"angle": 1e-7}
     by = described["accuracy"]["measured_by"]
     assert by.startswith("ab_sim's own rk8 at ") and by in described["accuracy"]["reason"]
     again = Drive(check_scene(described["scene"], "a recording"))

@@ -225,7 +225,7 @@ def test_an_accuracy_is_turned_into_a_solver_and_reported() -> None:
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)
     found = report["accuracy"]
-    assert found["asked"] == {"whirl": 1e-6} and found["whirl_unit"] == "e"
+    assert found["requested"] == {"whirl": 1e-6} and found["whirl_unit"] == "e"
     assert found["safety_factor"] * found["measured"]["whirl"] <= 1e-6
     assert found["cpu_seconds_per_simulated_second"] > 0
     assert found["reason"].startswith(f"{report['stepper']} at {1e3 * report['step']:g} ms")

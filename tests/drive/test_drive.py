@@ -241,7 +241,7 @@ def test_samples_have_the_profiles_angle_and_speed_to_the_bit(scene: Any, with_h
     """Between breakpoints that are off the grid; and the deck lies on axes at just that angle."""
     drive = Drive(scene(profile=with_hold(start_time=2.50033, duration=0.05)))
     drive.advance(2490)
-    run, profile = drive.advance(100), drive.profile
+    run, profile = drive.advance(100), drive.schedule
     assert {profile.number_at(time) for time in run["time"]} == {0, 1, 2}
     assert run["angle"].tolist() == [profile.angle(time) for time in run["time"]]
     assert run["speed"].tolist() == [profile.speed(time) for time in run["time"]]

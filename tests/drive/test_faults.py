@@ -203,7 +203,7 @@ def test_what_is_cleared_has_never_been(name: str) -> None:
     sound, now = system_of(session.drive.scene), session.drive.system
     assert np.array_equal(now.balls, sound.balls, equal_nan=True) and now.effects == sound.effects
     assert repr(now.deck_model) == repr(sound.deck_model)
-    assert freed.psi == pytest.approx(session.drive.profile.angle(session.drive.time), abs=1e-9)
+    assert freed.psi == pytest.approx(session.drive.schedule.angle(session.drive.time), abs=1e-9)
     other = FaultSession(session.drive.scene)
     other.drive.restore(session.drive.snapshot())
     assert np.array_equal(places(other.run(200)), places(session.run(200)))

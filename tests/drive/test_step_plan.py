@@ -7,11 +7,11 @@ import pytest
 
 from ab_sim.drive.steps import FOREVER, StepPlan
 from ab_sim.engine.stepping.fixed_step import END, FIRST, LENGTH, OFFSET, PLACE, START
-from ab_sim.model.dynamics.assemble import place_on
+from ab_sim.model.dynamics.assemble import active_segment
 from ab_sim.model.spindle import RaisedCosine, Ramp, SpeedSchedule
-from ab_sim.model.spindle.step_ranges import StepGrid, step_ranges
+from ab_sim.model.spindle.step_ranges import StepResolution, step_ranges
 
-GRID = StepGrid(1e-3, 12e-3)
+GRID = StepResolution(1e-3, 12e-3)
 PROFILES = {
     "hold": SpeedSchedule.constant(100.0, 3.0),
     "off the grid": SpeedSchedule.start_up(10.0, 100.0, 20.0, (12.0, 0.0123, 200.0)),
@@ -41,7 +41,7 @@ def test_it_is_what_lies_ahead(name: str) -> None:
                 step_range.offset,
                 step_range.length,
             ]
-            place = place_on(step_range.scheduled)
+            place = active_segment(step_range.scheduled)
             assert line[PLACE:].tolist() == [*place.segment, *place[1:]]
 
 

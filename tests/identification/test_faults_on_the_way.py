@@ -36,7 +36,7 @@ def recorded(path: Path, *faults: str, at: int = AT) -> Path:
     parts += list(session.commanded.advance(STEPS - at))
     run = ab_sim.Trajectory.join(parts)
     said = SensedFaults(faults_of(faults), scene)
-    said.begin_anew(at)
+    said.restart(at)
     samples, steps = run.samples.copy(), run["step"].astype(int)
     after = steps > at
     for name, channels in (("pickup", ("pickup_1", "pickup_2")), ("spindle", ("speed",))):

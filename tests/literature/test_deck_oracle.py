@@ -36,7 +36,7 @@ def test_trajectories(case: dict[str, Any]) -> None:
     p, expected = deck_params(case["params"]), case["expected"]
     scene = scene_of(p, case["q0"], case["qd0"], effects=effects_of(p))
     drive = Drive(scene, energy_balance=True)
-    drive.profile = profile_of(p)
+    drive.schedule = profile_of(p)
     energies = []
     steps = np.rint(np.array([e["t"] for e in expected]) / drive.step).astype(int)
     parts = []
@@ -68,7 +68,7 @@ def test_point_evaluations(case: dict[str, Any]) -> None:
     p, speed = deck_params(case["params"]), case["speed"]
     scene = scene_of(p, case["q"], case["qd"], effects=effects_of(p), step=4e-5)
     drive = Drive(scene, energy_balance=True)
-    drive.profile = SpeedSchedule(
+    drive.schedule = SpeedSchedule(
         [(1.0, Ramp(speed, case["acceleration"]))], 0.0, start_angle=case["psi"] + p.disc.angle
     )
     energy = drive.energy()

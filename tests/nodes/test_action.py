@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from ab_msgs_py import JointSample, topics
-from ab_msgs_py.actions import Asked, goal_of, run_profile
+from ab_msgs_py.actions import RunRequest, goal_of, run_profile
 from ab_msgs_py.samples import text_of
 from tests.domains import own_domain
 from tests.nodes.fleet import Fleet
@@ -24,13 +24,13 @@ ASKER = """
 import sys
 import rclpy
 from rclpy.action import ActionClient
-from ab_msgs_py.actions import Asked, goal_of, run_profile
+from ab_msgs_py.actions import RunRequest, goal_of, run_profile
 
 rclpy.init()
 node = rclpy.create_node("asker")
 client = ActionClient(node, run_profile(), "profile_controller/run")
 assert client.wait_for_server(60.0)
-sent = client.send_goal_async(goal_of(Asked(sys.argv[1], [])))
+sent = client.send_goal_async(goal_of(RunRequest(sys.argv[1], [])))
 rclpy.spin_until_future_complete(node, sent)
 print("accepted" if sent.result().accepted else "rejected", flush=True)
 rclpy.spin(node)
@@ -84,7 +84,7 @@ class Session:
         feedback: list[Any] = []
         self.feedback = feedback  # that of the goal before may still arrive
         sent = self.client.send_goal_async(
-            goal_of(Asked(profile, [*changes])),
+            goal_of(RunRequest(profile, [*changes])),
             feedback_callback=lambda message: feedback.append(message.feedback),
         )
         self.fleet.until(sent.done, "the goal is answered")

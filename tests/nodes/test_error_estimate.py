@@ -71,7 +71,7 @@ def test_warns_when_led_outside_of_what_was_measured(fleet: Fleet) -> None:
     described = fleet.listen(topics.DESCRIPTION)
     fleet.until(lambda: described and number(fleet, "simulated time [s]") > 0.5, "it runs")
     description = description_of(described[0])
-    assert description["accuracy"]["asked"] == {"whirl": 1e-8}
+    assert description["accuracy"]["requested"] == {"whirl": 1e-8}
     recorded = check_scene(description["scene"], "what a recorder keeps")
     assert recorded.accuracy is None and recorded.solver.step == description["step"]
     assert 4e-3 / recorded.solver.step == pytest.approx(round(4e-3 / recorded.solver.step))

@@ -20,7 +20,7 @@ QUIET = {"vibration_rms_below": 0.5, "over": 0.1, "at_most": 4.0}
 
 
 def profile_of(*segments: dict[str, Any], first: float = 0.0) -> SpeedSchedule:
-    return SpeedSchedule.asked(asked(*segments), first)
+    return SpeedSchedule.of_profile(asked(*segments), first)
 
 
 def asked(*segments: dict[str, Any]) -> AnyProfile:
@@ -107,7 +107,7 @@ def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
     )
     assert course.count == 3
     assert [course.until(n) is None for n in range(4)] == [True, False, True, True]
-    assert course.profile.speed(6.0) == 120.0, "if it lasts as long as it may"
+    assert course.schedule.speed(6.0) == 120.0, "if it lasts as long as it may"
     assert course.words(0) == "from 0 to 100 rad/s at 50 rad/s^2"
     assert course.words(1) == (
         "accelerate at 5 rad/s^2 until vibration below 0.5 m/s^2, at most 4 s"
@@ -115,8 +115,8 @@ def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
     course.leave(3.0)
     assert course.number(3.0) == 2
     assert course.words(2) == "from 105 to 200 rad/s at 50 rad/s^2"
-    assert course.profile.speed(3.0) == 105.0 and course.profile.speed(3.5) == 130.0
-    assert course.profile.end == 3.0 + 95 / 50
+    assert course.schedule.speed(3.0) == 105.0 and course.schedule.speed(3.5) == 130.0
+    assert course.schedule.end == 3.0 + 95 / 50
     assert course.number(10.0) == 3
 
 
@@ -160,8 +160,8 @@ def test_conditions_have_no_speed_over_time_beforehand(scene: Any) -> None:
     with pytest.raises(SceneError, match=r"profile\.segments\.1\.until: .* in advance; .*hold"):
         SpeedSchedule.of_scene(made)
     assert top_speed_of(made) == explain(made)["top_speed"] == 100.0
-    lasting = SpeedSchedule.asked(made.profile.lasting, 0.0)
-    assert lasting.segments == SpeedSchedule.asked(made.profile, 0.0).segments
+    lasting = SpeedSchedule.of_profile(made.profile.lasting, 0.0)
+    assert lasting.segments == SpeedSchedule.of_profile(made.profile, 0.0).segments
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from ab_sim.model.spindle import SpeedSchedule
-from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, parts, step_ranges
+from ab_sim.model.spindle.step_ranges import StepRange, StepResolution, parts, step_ranges
 
 STEP, CYCLE = 1e-3, 12e-3
-GRID = StepGrid(STEP, CYCLE)
+GRID = StepResolution(STEP, CYCLE)
 
 
 def curve(start: float, duration: float) -> SpeedSchedule:
@@ -30,7 +30,7 @@ def test_a_short_curve_takes_as_many_steps_as_a_cycle(
     start: float, duration: float, step: float
 ) -> None:
     profile = curve(start, duration)
-    taken = list(step_ranges(profile, StepGrid(step, CYCLE), 0, round(0.2 / step)))
+    taken = list(step_ranges(profile, StepResolution(step, CYCLE), 0, round(0.2 / step)))
     along = within(taken, start, duration)
     cut = 2 + math.ceil(duration / step)  # each step that it lies in rounds up
     assert CYCLE / step * (1 - 1e-9) <= len(along) <= CYCLE / step + cut
@@ -44,7 +44,11 @@ def test_a_short_curve_takes_as_many_steps_as_a_cycle(
 
 def test_half_the_step_halves_them_too() -> None:
     counts = [
-        len(within(list(step_ranges(curve(0.01, 1e-4), StepGrid(step, CYCLE), 0, 80)), 0.01, 1e-4))
+        len(
+            within(
+                list(step_ranges(curve(0.01, 1e-4), StepResolution(step, CYCLE), 0, 80)), 0.01, 1e-4
+            )
+        )
         for step in (1e-3, 5e-4, 2.5e-4)
     ]
     assert counts == [12, 24, 48]

@@ -32,7 +32,7 @@ from ab_sim.model.dynamics.assemble import (
 )
 from ab_sim.model.dynamics.system import DIRECTION, LOADED, TURNS
 from ab_sim.model.spindle import SpeedSchedule
-from ab_sim.model.spindle.step_ranges import StepGrid
+from ab_sim.model.spindle.step_ranges import StepResolution
 from ab_sim.scene import load_scene
 from tests.events.track import run_on_track
 
@@ -59,7 +59,9 @@ class Drive:
         scene = load_scene(name, [*SCENES[name], "solver.stepper=rk8"])
         system, step = system_of(scene), float(scene.solver.step)
         profile = SpeedSchedule.of_scene(scene)
-        self.legs = [leg for leg, _ in StepPlan.along(profile, StepGrid(step, step), 0).after(0)]
+        self.legs = [
+            leg for leg, _ in StepPlan.along(profile, StepResolution(step, step), 0).after(0)
+        ]
         weights = RK8.weights
         kind = self.legs[0].kind
         assert all(leg.kind is kind for leg in self.legs)

@@ -8,7 +8,7 @@ from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.engine.kernels.code import called, code_of
 from ab_sim.engine.taylor.assemble import taylor_code
 from ab_sim.engine.taylor.clock import BEGIN, CLOCK, END, LONGEST, UNTIL
-from ab_sim.model.dynamics.assemble import place_on
+from ab_sim.model.dynamics.assemble import active_segment
 from ab_sim.model.dynamics.system import ActiveSegment
 from ab_sim.model.spindle.schedule import Ramp
 from tests.integrate.random_scenes import PLANTS, scene_at_random
@@ -22,9 +22,9 @@ def test_what_is_left_of_the_equations_has_the_order(plant: str, seed: int) -> N
     """With all effects that have a series, and the energy balance, at any place of the motion."""
     drive = Drive(scene_at_random(plant, seed, stepper="rk8", step=1e-4), energy_balance=True)
     drive.advance(150)
-    (segment,) = [s for s in drive.profile.segments if s.start <= drive.time < s.end]
+    (segment,) = [s for s in drive.schedule.segments if s.start <= drive.time < s.end]
     time, field = drive.time - segment.start, drive.vector_field()
-    coefficients = series_at(drive, place_on(segment), time)
+    coefficients = series_at(drive, active_segment(segment), time)
     lengths = np.array([4e-4, 2e-4, 1e-4]) * 100.0 / drive.scene.start.speed
     left = [residual(field, coefficients, time, h) for h in lengths]
     scale = np.abs(coefficients[:, 1]) + 1e-9

@@ -17,7 +17,12 @@ from ab_sim.drive import Drive
 from ab_sim.drive.accuracy.trials import MOST_SAMPLES, Samples
 from ab_sim.drive.observation import EnergyBalance
 from ab_sim.engine.integrate.vector_field import VectorField
-from ab_sim.model.dynamics.assemble import place_on, start_discrete_state, start_state, system_of
+from ab_sim.model.dynamics.assemble import (
+    active_segment,
+    start_discrete_state,
+    start_state,
+    system_of,
+)
 from ab_sim.model.dynamics.system import TURNS, ActiveSegment, has_events, layout_of
 from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
@@ -226,7 +231,7 @@ class RightHandSide:
             yield SmoothInterval(
                 np.concatenate([[begin], inside, [end]]),
                 np.arange(1, len(inside) + 1 + last),
-                place_on(scheduled),
+                active_segment(scheduled),
                 scheduled.start,
                 VectorField(self.system, scheduled, self.discrete_state),
             )

@@ -27,7 +27,12 @@ from ab_sim.engine.stepping.side_by_side import (
 )
 from ab_sim.engine.taylor.assemble import lanes_of
 from ab_sim.engine.taylor.driver import TaylorRuns, advance_by_taylor_side_by_side
-from ab_sim.model.dynamics.assemble import place_on, start_discrete_state, start_state, state_bounds
+from ab_sim.model.dynamics.assemble import (
+    active_segment,
+    start_discrete_state,
+    start_state,
+    state_bounds,
+)
 from ab_sim.model.dynamics.system import (
     FIRST_TURNS,
     FORMULA_COLUMNS,
@@ -70,7 +75,7 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
 
 
 def _place(step_range: StepRange, same_type: bool) -> ActiveSegment:
-    place = place_on(step_range.scheduled)
+    place = active_segment(step_range.scheduled)
     return place if same_type else place._replace(segment=RampAndCosine.of(place.segment))
 
 

@@ -17,7 +17,7 @@ from ab_sim.engine.kernels.constants import numbers_of, pattern
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.model.dynamics.system import System
 from ab_sim.model.spindle import Ramp, ScheduledSegment, SpeedSchedule
-from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, step_ranges
+from ab_sim.model.spindle.step_ranges import StepRange, StepResolution, step_ranges
 from ab_sim.scene import Scene
 
 
@@ -40,7 +40,7 @@ class StepPlanKey(NamedTuple):
     """Inputs of a step plan: runs with equal keys have the same step ranges."""
 
     scheduled_segments: tuple[ScheduledSegment, ...]
-    grid: StepGrid
+    grid: StepResolution
 
     def step_ranges(self, steps: int) -> list[StepRange]:
         """Return the step ranges of a number of steps from the start."""
@@ -86,7 +86,8 @@ class PreparedRun:
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
         self.step_plan_key = StepPlanKey(
-            scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
+            scheduled_segments,
+            StepResolution(self.scene.solver.step, choice.cycle if curved else 0.0),
         )
         # With a profile that is controlled during the run, each drive is commanded separately.
         self.fits_lane = self.stepper.takes_lanes and not self._controlled

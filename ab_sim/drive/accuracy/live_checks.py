@@ -168,9 +168,9 @@ class LiveChecks:
     def reset(self) -> None:
         """Call ``Drive.reset`` and reset the estimates."""
         self._drive.reset()
-        self.begin_anew()
+        self.restart()
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """Discard the recorded window after the drive's state has been changed."""
         self._window, self._commands, self._length = None, (), SHORTEST
         self.latest = self.largest = self._now = NONE_YET

@@ -61,7 +61,7 @@ SAFETY = 4.0
 class WorkPrecision(NamedTuple):
     """Chosen setting with its measured error and cost."""
 
-    asked: Accuracy
+    requested: Accuracy
     stepper: str
     step: float
     """Step [s]."""
@@ -79,18 +79,18 @@ class WorkPrecision(NamedTuple):
     @property
     def reason(self) -> str:
         """Text for users: measured error, requested accuracy and cost."""
-        measured, asked = [], []
+        measured, requested = [], []
         for tolerance, error, unit in (
-            (self.asked.angle, self.measured.angle, "rad"),
-            (self.asked.whirl, self.measured.whirl, self.unit),
+            (self.requested.angle, self.measured.angle, "rad"),
+            (self.requested.whirl, self.measured.whirl, self.unit),
         ):
             if tolerance is not None:
                 measured.append(f"{error:.1e} {unit}")
-                asked.append(f"{tolerance:g} {unit}")
+                requested.append(f"{tolerance:g} {unit}")
         return (
             f"{setting(self.stepper, self.step, self.parameters)}: "
             f"measured error {', '.join(measured)} "
-            f"(asked {', '.join(asked)}, safety factor {SAFETY:g}) by ab_sim's own "
+            f"(requested {', '.join(requested)}, safety factor {SAFETY:g}) by ab_sim's own "
             f"{self.reference}, "
             f"{1e6 * self.seconds:.0f} us of CPU time per simulated second"
         )
@@ -98,7 +98,7 @@ class WorkPrecision(NamedTuple):
     def report(self) -> dict[str, object]:
         """Return JSON-able values in SI units, the whirl in ``whirl_unit``."""
         return {
-            "asked": self.asked.model_dump(exclude_none=True),
+            "requested": self.requested.model_dump(exclude_none=True),
             "measured": {"angle": self.measured.angle, "whirl": self.measured.whirl},
             "measured_by": f"ab_sim's own {self.reference}",
             "whirl_unit": self.unit,
@@ -114,11 +114,11 @@ def setting(stepper: str, step: float, parameters: Mapping[str, float]) -> str:
     return f"{stepper} at {1e3 * step:g} ms{parameters_text}"
 
 
-def share_of(asked: Accuracy, angle: float, whirl: float) -> float:
+def share_of(requested: Accuracy, angle: float, whirl: float) -> float:
     """Return the larger ratio of error to requested accuracy; at most 1 if both are met."""
     shares = [
         error / tolerance
-        for error, tolerance in ((angle, asked.angle), (whirl, asked.whirl))
+        for error, tolerance in ((angle, requested.angle), (whirl, requested.whirl))
         if tolerance is not None
     ]
     return max(shares)
@@ -185,7 +185,7 @@ class _Search:
         tell: Progress | None,
     ) -> None:
         assert scene.accuracy is not None
-        self.scene, self.asked = scene, scene.accuracy
+        self.scene, self.requested = scene, scene.accuracy
         system = system_of(scene)
         rates = linear_rates(system, top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
@@ -222,7 +222,7 @@ class _Search:
         alike = [one for one in settings if one.seconds <= ALIKE * least]
         taken = min(alike, key=lambda one: self._share(self._error(one)))
         return taken.scene, WorkPrecision(
-            self.asked,
+            self.requested,
             taken.stepper.name,
             taken.step,
             taken.parameters,
@@ -283,8 +283,8 @@ class _Search:
             f"accuracy.{key} = {exact(tolerance)} {unit}: the best possible is about "
             f"{_rounded_up(SAFETY * measured):g} {unit}"
             for key, tolerance, measured, unit in (
-                ("angle", self.asked.angle, error.angle, "rad"),
-                ("whirl", self.asked.whirl, error.whirl, self.scene.whirl_unit[1]),
+                ("angle", self.requested.angle, error.angle, "rad"),
+                ("whirl", self.requested.whirl, error.whirl, self.scene.whirl_unit[1]),
             )
             if tolerance is not None and SAFETY * measured > tolerance
         ]
@@ -327,9 +327,12 @@ class _Search:
     def _within_tolerance(self, stepper: Stepper) -> list[Tried]:
         """Return the largest accurate tolerance of a method with tolerances."""
         radius, unit = self.scene.race.radius, self.scene.whirl_unit[0]
-        asked = [self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius]
+        limits = [
+            self.requested.angle,
+            self.requested.whirl and self.requested.whirl * unit / radius,
+        ]
         allowed = parameters_of(stepper.name)["tolerance"]
-        largest = min(*(one for one in asked if one is not None), allowed.highest)
+        largest = min(*(one for one in limits if one is not None), allowed.highest)
         (rung, *_), first = self._trials.rungs(stepper), math.floor(math.log10(largest))
         for power in range(first, first - TOLERANCES, -1):
             tolerance = max(10.0**power, allowed.lowest)
@@ -347,7 +350,7 @@ class _Search:
 
     def _share(self, error: Deviation) -> float:
         """Return the error relative to the requested one."""
-        return share_of(self.asked, error.angle, error.whirl)
+        return share_of(self.requested, error.angle, error.whirl)
 
     def _passes(self, tried: Tried) -> bool:
         return SAFETY * self._share(self._error(tried)) <= 1.0

@@ -52,9 +52,9 @@ class ActiveFaults:
         self.slipped = 0.0
         """Angle by which the disc lags behind the hub [rad]."""
         self._jerked = 0
-        self.begin_anew(drive.steps)
+        self.restart(drive.steps)
         if before is not None:
-            self._sensed.go_on(before._sensed)
+            self._sensed.keep_starts_of(before._sensed)
             if self._rate and before._rate:
                 self.slipped, self._jerked = before.slipped, before._jerked
 
@@ -63,10 +63,10 @@ class ActiveFaults:
         """Return the numbers of the lost balls."""
         return held_balls(fault for fault in self.faults if fault.verb == "lost")
 
-    def begin_anew(self, now: int) -> None:
+    def restart(self, now: int) -> None:
         """Restart all faults at this step, with the disc back in its place."""
         self.slipped, self._jerked = 0.0, now
-        self._sensed.begin_anew(now)
+        self._sensed.restart(now)
 
     def count_from(self, now: int, then: int) -> None:
         """Renumber step ``now`` as step ``then``."""
@@ -124,7 +124,7 @@ def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveF
     if set(of_the_plant(drive.faults)) != set(of_the_plant(other.faults)):
         state, discrete_state = kept.state.copy(), kept.discrete_state.copy()
         state[other.layout.rates][ActiveFaults(other).lost] = 0.0
-        psi = kept.profile.angle(kept.steps * kept.step)
+        psi = kept.schedule.angle(kept.steps * kept.step)
         if has_motor(other.system.effects):
             psi = float(state[other.layout.spindle][0])
         stop_held_balls(other.system, state, discrete_state, held_balls(other.faults), psi)

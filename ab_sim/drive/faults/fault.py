@@ -242,13 +242,13 @@ class SensedFaults:
         self._faults = sorted(sensed, key=lambda fault: SENSED.index(fault.verb))
         self._scene, self._step = scene, scene.solver.step
         self._since: dict[Fault, int] = {}
-        self.begin_anew(0)
+        self.restart(0)
 
-    def begin_anew(self, now: int) -> None:
+    def restart(self, now: int) -> None:
         """Restart all faults at this step."""
         self._since = {fault: now for fault in self._faults}
 
-    def go_on(self, before: "SensedFaults") -> None:
+    def keep_starts_of(self, before: "SensedFaults") -> None:
         """Keep the start of faults that were already in force in another drive."""
         self._since |= {f: at for f, at in before._since.items() if f in self._since}
 

@@ -16,7 +16,7 @@ from ab_sim.engine.events.run_arrays import branches_of
 from ab_sim.engine.integrate.registry import Stepper
 from ab_sim.engine.kernels.code import called, caller, code_of, lanes_for, tangent_address
 from ab_sim.engine.kernels.runge_kutta import Tableau
-from ab_sim.model.dynamics.assemble import place_on
+from ab_sim.model.dynamics.assemble import active_segment
 from ab_sim.model.dynamics.system import DISCRETE_COLUMNS, System, has_events, layout_of
 from ab_sim.model.spindle import ScheduledSegment
 
@@ -63,7 +63,7 @@ class VectorField:
             "discrete_state", discrete_state, (len(system.balls) + 1, DISCRETE_COLUMNS), np.int64
         )
         self._code = code_of(system, type(scheduled.segment))
-        place = place_on(scheduled)
+        place = active_segment(scheduled)
         c = self._code.constants(system)
         self._code.put_place(c, [*place.segment, *place[1:]])
         self._c, self._b = c, branches_of(system, self.discrete_state)
@@ -79,7 +79,7 @@ class VectorField:
         other = copy.copy(self)
         other.scheduled, other._c = scheduled, aligned(self._c.shape)
         other._c[:] = self._c
-        place = place_on(scheduled)
+        place = active_segment(scheduled)
         self._code.put_place(other._c, [*place.segment, *place[1:]])
         other._pointers = other._c.ctypes.data, other._b.ctypes.data
         return other

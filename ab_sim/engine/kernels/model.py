@@ -16,9 +16,9 @@ from ab_sim.model.equations.arrowhead import Arrow, Solved, powers, solve
 from ab_sim.model.equations.motion import (
     MotorState,
     OnRace,
-    SegmentInputs,
     SpindleMotion,
     Torques,
+    TracedSegment,
     friction_coefficient,
     motor_driven,
     on_race,
@@ -71,7 +71,7 @@ class Model:
         self.deck, self.effects = traced_bodies(system, self._parameter)
         self.balls = traced_balls(self.count, lambda name: self._parameter(name, per_ball=True))
         fields = [self._parameter(f"segment.{name}") for name in segment._fields]
-        self.place = SegmentInputs(
+        self.place = TracedSegment(
             segment(*fields), self._parameter("phase"), self._parameter("angle")
         )
         self.states = type(system.deck_model).STATES

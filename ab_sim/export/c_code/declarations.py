@@ -14,7 +14,7 @@ from ab_sim.drive.pickup import low_pass_of
 from ab_sim.drive.trajectory import unit_of
 from ab_sim.engine.kernels.constants import flattened
 from ab_sim.export.c_code.templates import WIDTH, plain
-from ab_sim.model.dynamics.assemble import place_on
+from ab_sim.model.dynamics.assemble import active_segment
 from ab_sim.model.dynamics.system import MASS, RACE_HEIGHT, RACE_RADIUS, RADIUS, System
 from ab_sim.model.equations.mounts import MOUNT_UNITS
 from ab_sim.model.equations.neighbours import start_angles
@@ -258,7 +258,7 @@ def outputs(
 def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:
     """Yield the rows of the C table of a profile's segments."""
     for segment in scheduled:
-        place = place_on(segment)
+        place = active_segment(segment)
         numbers: dict[str, Any] = {
             "start": segment.start,
             "end": segment.end,

@@ -263,7 +263,7 @@ def _motor_damping(system: System) -> float:
 
 
 @functools.lru_cache(maxsize=256)
-def place_on(scheduled: ScheduledSegment) -> ActiveSegment:
+def active_segment(scheduled: ScheduledSegment) -> ActiveSegment:
     """Return the kernel's data of a segment of a speed profile."""
     phase, lasts = reduced(scheduled.start_angle)[0], float(scheduled.end - scheduled.start)
     return ActiveSegment(scheduled.segment, phase, lasts, float(scheduled.start_angle))

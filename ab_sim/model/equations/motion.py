@@ -166,7 +166,7 @@ def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
     return balls.race_radius * theta + over_effects(effects, "race_arc", 0.0, theta)
 
 
-class SegmentInputs(NamedTuple):
+class TracedSegment(NamedTuple):
     """Position of a run on the speed profile."""
 
     segment: Any
@@ -199,7 +199,7 @@ class Torques(NamedTuple):
 
 
 def prescribed(
-    effects: Any, place: SegmentInputs, time: Number, angle_needed: bool
+    effects: Any, place: TracedSegment, time: Number, angle_needed: bool
 ) -> SpindleMotion:
     """Return the spindle's motion at a local time [s] of a segment."""
     acceleration = over_effects(
@@ -213,7 +213,7 @@ def prescribed(
 
 
 def motor_driven(
-    effects: Any, place: SegmentInputs, time: Number, at: MotorState, angle_needed: bool
+    effects: Any, place: TracedSegment, time: Number, at: MotorState, angle_needed: bool
 ) -> tuple[SpindleMotion, Torques]:
     """Return the motion of a spindle with a motor, and the torques from which events are located.
 

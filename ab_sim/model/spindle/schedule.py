@@ -351,10 +351,10 @@ class SpeedSchedule:
                 "the run, so its end is not known in advance; give its length instead (hold or "
                 "duration instead of until)"
             )
-        return cls.asked(profile, scene.start.speed, scene.start.angle)
+        return cls.of_profile(profile, scene.start.speed, scene.start.angle)
 
     @classmethod
-    def asked(cls, profile: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
+    def of_profile(cls, profile: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
         """Return the schedule of a profile; segments with a condition get their longest duration.
 
         Args:

@@ -24,15 +24,15 @@ class ScheduleInProgress:
 
     def __init__(self, profile: "AnyProfile", first: float) -> None:
         self._segments = profile.segments if profile.kind == "segments" else ()
-        self.profile = SpeedSchedule.asked(profile, first)
+        self.schedule = SpeedSchedule.of_profile(profile, first)
         """Schedule from now on."""
-        self.count = len(self.profile.segments) - 1
+        self.count = len(self.schedule.segments) - 1
         """Number of segments."""
         self._first = 0
 
     def number(self, time: float) -> int:
         """Return the number of the segment at a time [s], from 0; the count after the last one."""
-        return self._first + self.profile.number_at(time)
+        return self._first + self.schedule.number_at(time)
 
     def until(self, number: int) -> "Until | None":
         """Return the condition that ends a segment; None if the segment has none."""
@@ -41,14 +41,14 @@ class ScheduleInProgress:
     def leave(self, time: float) -> None:
         """End the present segment at a time [s]; the next one begins at the speed reached."""
         index = self.number(time) + 1
-        self.profile = SpeedSchedule.of_segments(
-            self._segments[index:], float(self.profile.speed(time)), start=time
+        self.schedule = SpeedSchedule.of_segments(
+            self._segments[index:], float(self.schedule.speed(time)), start=time
         )
         self._first = index
 
     def words(self, number: int) -> str:
         """Describe a present or future segment."""
-        scheduled, until = self.profile.segments[number - self._first], self.until(number)
+        scheduled, until = self.schedule.segments[number - self._first], self.until(number)
         if until is None:
             return _words(scheduled)
         slope = scheduled.segment.acceleration(0.0)
@@ -278,7 +278,7 @@ class SegmentsExecution:
         missed = self._missed(passed, number)
         if number != self._number and not self.failure:
             self._enter(number, now, missed)
-        return float(schedule.profile.speed(elapsed + self._ahead))
+        return float(schedule.schedule.speed(elapsed + self._ahead))
 
     def state(self) -> dict[str, Any]:
         """Return the state; see ``ProfileExecution``."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ab_sim.model.spindle.schedule import Ramp, ScheduledSegment, SpeedSchedule
 
 
-class StepGrid(NamedTuple):
+class StepResolution(NamedTuple):
     """Length of steps, and of the motions that they must resolve."""
 
     step: float
@@ -41,39 +41,41 @@ def same_instant(time: float, step: float) -> float:
     return max(1e-9 * step, 4.0 * math.ulp(time))
 
 
-def segment_after(profile: SpeedSchedule, time: float, step: float) -> ScheduledSegment:
+def segment_after(schedule: SpeedSchedule, time: float, step: float) -> ScheduledSegment:
     """Return the segment in force just after ``time`` [s]."""
-    return profile.segment_at(time + same_instant(time, step))
+    return schedule.segment_at(time + same_instant(time, step))
 
 
 def step_ranges(
-    profile: SpeedSchedule, grid: StepGrid, first: int, steps: int
+    schedule: SpeedSchedule, resolution: StepResolution, first: int, steps: int
 ) -> Iterator[StepRange]:
     """Yield the ranges of ``steps`` steps, after ``first`` steps have been taken.
 
     A step that contains breakpoints or runs along a short curve is divided into successive parts.
     """
-    step, done = grid.step, 0
+    step, done = resolution.step, 0
     while done < steps:
         at = first + done
-        scheduled = segment_after(profile, at * step, step)
+        scheduled = segment_after(schedule, at * step, step)
         whole = 0
-        if _longest(scheduled, grid) == step:
+        if _longest(scheduled, resolution) == step:
             whole = _whole_steps(scheduled.end, step, at, steps - done)
         if whole:
             yield StepRange(scheduled, at, whole, 0.0, step)
         else:
-            yield from parts(profile, grid, at, (at + 1) * step)
+            yield from parts(schedule, resolution, at, (at + 1) * step)
         done += max(whole, 1)
 
 
-def parts(profile: SpeedSchedule, grid: StepGrid, first: int, end: float) -> Iterator[StepRange]:
+def parts(
+    schedule: SpeedSchedule, resolution: StepResolution, first: int, end: float
+) -> Iterator[StepRange]:
     """Yield the parts of a step from its beginning to ``end`` [s], within that step."""
-    begin = now = first * grid.step
+    begin = now = first * resolution.step
     while True:
-        scheduled = segment_after(profile, now, grid.step)
-        until = scheduled.end if scheduled.end < end - same_instant(end, grid.step) else end
-        count = max(1, math.ceil((until - now) / _longest(scheduled, grid) - 1e-9))
+        scheduled = segment_after(schedule, now, resolution.step)
+        until = scheduled.end if scheduled.end < end - same_instant(end, resolution.step) else end
+        count = max(1, math.ceil((until - now) / _longest(scheduled, resolution) - 1e-9))
         length = (until - now) / count
         for k in range(count):
             yield StepRange(scheduled, first, 0, (now - begin) + k * length, length)
@@ -82,11 +84,11 @@ def parts(profile: SpeedSchedule, grid: StepGrid, first: int, end: float) -> Ite
         now = until
 
 
-def _longest(scheduled: ScheduledSegment, grid: StepGrid) -> float:
+def _longest(scheduled: ScheduledSegment, resolution: StepResolution) -> float:
     """Return the longest allowed step along a segment [s]."""
     if isinstance(scheduled.segment, Ramp):
-        return grid.step
-    return grid.step * min(1.0, (scheduled.end - scheduled.start) / grid.cycle)
+        return resolution.step
+    return resolution.step * min(1.0, (scheduled.end - scheduled.start) / resolution.cycle)
 
 
 def _whole_steps(end: float, step: float, first: int, most: int) -> int:
