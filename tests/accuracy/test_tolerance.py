@@ -157,7 +157,7 @@ def test_both_wishes_are_met() -> None:
     assert SAFETY * work_precision.measured.whirl <= 1e-8
     assert (
         " rad, " in work_precision.reason
-        and " e (asked 0.0001 rad, 1e-08 e" in work_precision.reason
+        and " e (requested 0.0001 rad, 1e-08 e" in work_precision.reason
     )
 
 
