@@ -15,11 +15,12 @@ NOT_BUILT = "ab_interfaces is not built: there is no action ~/run; the services 
 
 
 class RunRequest(NamedTuple):
-    """A goal of the action."""
+    """Request to run a profile, as in a goal of the action."""
 
     profile: str
     """Profile, as in the parameter ``profile``; empty: the profile that the parameters name."""
     changes: list[str]
+    """Changes to the profile, each ``key=value``."""
 
 
 class Progress(NamedTuple):

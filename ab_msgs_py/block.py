@@ -18,6 +18,7 @@ class Block:
     """
 
     channels: tuple[str, ...]
+    """Names of the columns; the first one is ``step``."""
     samples: np.ndarray
     """Samples of shape (samples, channels), float64."""
 

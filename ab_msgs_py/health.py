@@ -33,11 +33,15 @@ class Health:
     """Health of one node."""
 
     node: str
+    """Full name of the node, with its namespace."""
     task: Task
     level: Level
     message: str
+    """State in a few words, for users."""
     values: dict[str, str] = field(default_factory=dict)
+    """Further numbers as texts, by their names with units."""
     hardware: str = "ab_sim"
+    """Name of the hardware that is monitored."""
     time: int = 0
     """Simulated time [ns]."""
 
@@ -60,7 +64,7 @@ class Health:
 
     @classmethod
     def all_of(cls, array: Any) -> list["Health"]:
-        """Return the ab_sim entries of a message, without those of other hardware."""
+        """Return the entries of a DiagnosticArray that nodes of ab_sim wrote, by their tasks."""
         # ROS stores the level as a byte, bag files as a number.
         levels = {
             spelling: level for level in Level for spelling in (level.value, bytes([level.value]))

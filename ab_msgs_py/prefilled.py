@@ -60,7 +60,10 @@ class Prefilled:
         return bytes(self._bytes)
 
     def _write(self, value: Any, kind: str) -> None:
-        """Serialise a field; alignment counts from the end of the header, and gaps are zero."""
+        """Serialise a field of a type in ROS notation; an empty ``kind`` is the whole message.
+
+        By the rules of CDR, alignment counts from the end of the header. Gaps are zero.
+        """
         if kind == _TIME:
             self._stamps.append(self._room(4, _STAMP.pack(value.sec, value.nanosec)))
         elif kind == "double":

@@ -59,7 +59,7 @@ def number_fields(number: float) -> Fields:
 
 
 def number_of(message: Any) -> float:
-    """Return the number in a message, of any value: the drive checks commands itself."""
+    """Return the number in a message without a check of its value: the drive checks commands."""
     return float(message.data)
 
 
@@ -365,7 +365,7 @@ def _headed(message: Any, content: Triple) -> tuple[int, Triple, str]:
 
 
 FORCE = slice(25, 28)
-"""Positions of the acceleration among the numbers of a message."""
+"""Positions of the acceleration among the floating-point numbers of an Imu message."""
 
 
 @dataclass(frozen=True)

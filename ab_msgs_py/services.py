@@ -98,10 +98,10 @@ def answer_waiting(service: Service[Any, Any]) -> None:
     """Answer the pending requests of a service that no executor serves."""
     with service.handle:
         while True:
-            asked = service.handle.service_take_request(service.srv_type.Request)
-            if asked[1] is None:
+            request, sender = service.handle.service_take_request(service.srv_type.Request)
+            if sender is None:
                 return
-            service.send_response(service.callback(asked[0], service.srv_type.Response()), asked[1])
+            service.send_response(service.callback(request, service.srv_type.Response()), sender)
 
 
 def serve_switch(node: Node, name: str, act: Callable[[bool], Answer]) -> None:

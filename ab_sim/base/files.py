@@ -197,6 +197,8 @@ def replacing(file: Path) -> Iterator[Path]:
         if file.exists():
             shutil.copymode(file, unfinished)
         else:
+            # ``mkstemp`` creates files that only the user can read. A new file gets the usual
+            # rights instead; the mask can only be read by setting it.
             mask = os.umask(0)
             os.umask(mask)
             unfinished.chmod(0o666 & ~mask)
@@ -238,6 +240,7 @@ def is_being_written(path: Path) -> bool:
 
 
 def _is_held(file: IO[bytes]) -> bool:
+    """Return whether another process locks an open file, or has it open for writing."""
     try:
         fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:

@@ -140,10 +140,11 @@ def _exit_code_of(error: BaseException) -> int:
 
 
 def _leave_to_the_thread(*_: object) -> None:
-    pass
+    """Do nothing; without a handler, Python would not write the signal to the socket."""
 
 
 def _obey(outlet: socket.socket) -> None:
+    """Read signals from the socket and act on them, in a thread, until the process ends."""
     first = -math.inf
     while True:
         number = outlet.recv(1)[0]

@@ -63,6 +63,7 @@ def reason_of(error: Exception) -> str:
 
 
 _WRITTEN = re.compile(r"\s*[-+0-9a-zA-Z.]+\s*")
+"""Characters of a number. Python's ``float`` would also accept 1_0 and digits of other scripts."""
 
 
 def number_in(text: str) -> float:

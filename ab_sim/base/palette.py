@@ -130,4 +130,5 @@ def _candidates(lightness: tuple[float, float], hues: tuple[float, float]) -> np
 
 
 def _from(places: np.ndarray, colour: Colour) -> np.ndarray:
+    """Return the distances in OKLab of colours from one colour, shape (colours,)."""
     return np.asarray(np.linalg.norm(places - oklab([colour]), axis=1))

@@ -85,11 +85,13 @@ def loaded_files() -> tuple[str, ...]:
 
 
 def _found_elsewhere(name: str, path: Path) -> bool:
+    """Return whether ``import name`` would import another file than ``path``."""
     spec = importlib.util.find_spec(name)
     return spec is not None and (spec.origin is None or Path(spec.origin).resolve() != path)
 
 
 def _import(name: str, path: Path) -> None:
+    """Import a file as the module ``name``."""
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -102,6 +104,7 @@ def _import(name: str, path: Path) -> None:
 
 
 def _run(load: Callable[[], object], what: str, remedy: str) -> None:
+    """Call ``load``, and raise InputError with the name of the plug-in if it fails."""
     try:
         load()
     except Exception as error:

@@ -125,6 +125,7 @@ def _file(module: str) -> Path | None:
 
 
 def _source(module: str) -> ModuleSource:
+    """Return the source of a module; refuse a file that has changed since the process started."""
     path = None if module == "__main__" else _file(module)
     if path is None:
         raise NotOfSources(f"{module} has no file to import it from")
@@ -148,6 +149,7 @@ def _read(module: str, path: Path) -> ModuleSource:
 
 
 def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:
+    """Return the names in a module's import statements, except those for type checkers."""
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     names: set[str] = set()
     ahead: list[ast.AST] = [ast.parse(content)]

@@ -121,6 +121,7 @@ class Workers:
             yield from sent.popleft().result()
 
     def _start(self) -> None:
+        """Start the processes, each with a pipe, and a thread per process that waits for it."""
         context = multiprocessing.get_context("spawn")
         with kept_from_children():
             resource_tracker.ensure_running()  # otherwise the first process would start it
@@ -137,6 +138,7 @@ class Workers:
     def _request(
         self, function: Callable[[Item], Result], items: Sequence[Item]
     ) -> Sequence[Result]:
+        """Let an idle process apply a function to items, and wait for the results."""
         connection = self._idle.get()
         try:
             connection.send((function, items))
@@ -153,6 +155,7 @@ class Workers:
 
 
 def _work(connection: Connection, files: Sequence[str]) -> None:
+    """Apply functions to items, as requested through a pipe; main function of a process."""
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     load_files(files)
     while True:

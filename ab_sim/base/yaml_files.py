@@ -145,6 +145,7 @@ def read_yaml_file(path: Path) -> Any:
 
 
 def _in_a_line(error: Exception) -> str:
+    """Return an error of PyYAML as one line, with its position if it has one."""
     if isinstance(error, yaml.MarkedYAMLError) and error.problem:
         return shortened(error.problem) + (_at(error.problem_mark) if error.problem_mark else "")
     text = shortened(" ".join(str(error).split()))
@@ -157,6 +158,7 @@ def _at(place: Any) -> str:
 
 
 SCENES = Path("config", "scenes")
+"""Folder of the scenes, relative to a checkout or to ``share/ab_sim``."""
 
 
 def scene_folder() -> Path:

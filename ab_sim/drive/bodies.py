@@ -58,7 +58,13 @@ def body_names(scene: Scene) -> list[str]:
 
 
 def motion_of(name: str, scene: Scene, now: Observation) -> BodyMotion:
-    """Return the motion of a body, without a runout of the race, as in the URDF."""
+    """Return the motion of a body; as in the URDF, a runout of the race is left out.
+
+    Args:
+        name: name of the body, see ``body_names``.
+        scene: scene of the drive.
+        now: observation of the drive.
+    """
     place, velocity, acceleration = (
         np.pad(vector, (0, 3 - len(vector)))
         for vector in (now.position, now.velocity, now.acceleration)
@@ -125,6 +131,7 @@ def moved(drive: Drive, name: str, pose: BodyPose | None, velocity: BodyRates | 
 def _move_deck(
     drive: Drive, kept: Snapshot, pose: BodyPose | None, velocity: BodyRates | None
 ) -> None:
+    """Write another state of the deck into a snapshot, in place; see ``moved``."""
     state, now = kept.state[drive.layout.deck], drive.observe()
     turn = now.turn
     if pose is not None:
@@ -155,6 +162,7 @@ def _move_deck(
 def _move_ball(
     drive: Drive, kept: Snapshot, name: str, pose: BodyPose | None, velocity: BodyRates | None
 ) -> None:
+    """Write another state of a ball into a snapshot, in place; see ``moved``."""
     scene, layout, now = drive.scene, drive.layout, drive.observe()
     if "ball_contact" in scene.effects:
         raise SceneError(f"{name}: balls cannot be set in a scene with ball_contact")
@@ -185,6 +193,7 @@ def _move_ball(
 
 
 def _ball(name: str, scene: Scene) -> int:
+    """Return the number of the ball with a body's name."""
     return body_names(scene).index(name) - body_names(scene).index(ball_frame(0))
 
 

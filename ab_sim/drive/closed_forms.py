@@ -43,7 +43,14 @@ def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 
 def can_balance(unbalance: float, moments: Sequence[float]) -> bool:
-    """Return whether balls can cancel the unbalance: whether the vectors can close a polygon."""
+    """Return whether balls can cancel an unbalance: whether the vectors can close a polygon.
+
+    They can if the longest side is at most the sum of all others.
+
+    Args:
+        unbalance: M0 e [kg m].
+        moments: m_i R of each ball [kg m].
+    """
     sides = [unbalance, *moments]
     longest = max(sides)
     return longest <= (math.fsum(sides) - longest) * (1.0 + BALANCED)
@@ -279,6 +286,8 @@ def _exponentials(matrices: np.ndarray) -> np.ndarray:
     # At least 16, which suffices for all usual steps, so that the bits do not depend on the rows.
     halvings = max(int(np.ceil(np.log2(size))) + 1, 16)
     scaled = matrices / 2.0**halvings
+    # The row sums of ``scaled`` are at most 1/2, so the series after 12 terms leaves less than
+    # 0.5^13 / 13! = 2e-14. Squaring amplifies this and rounding.
     total = term = np.broadcast_to(np.eye(matrices.shape[1], dtype=complex), matrices.shape)
     for order in range(1, 13):
         term = term @ scaled / order

@@ -30,7 +30,7 @@ class TimedDecision(NamedTuple):
     time: float
     """Time [s]."""
     text: str
-    """Action from now on and its reason, for people."""
+    """Action that begins at this time, and its reason, for users."""
 
 
 class RunController(Protocol):
@@ -90,7 +90,8 @@ def settings_of(scene: Scene) -> StartUpSettings:
     noise = math.sqrt(noise_variance(sensor, step))
     turned = math.remainder(sensor.axis_angle, 2.0 * math.pi)
     most = float(digits(sensor, np.array(sensor.range)))
-    # A clipped reading does not show how large the vibration is.
+    # A reading at the end of the range may be clipped and hide a larger vibration. The largest
+    # reading that counts as valid is therefore the number just below.
     quantity: Quantity = "displacement" if profile.sensor in scene.probes else "acceleration"
     return profile.settings(SensorFacts(quantity, 2, turned, noise), math.nextafter(most, 0.0))
 
@@ -113,8 +114,8 @@ class EstimatesAt(NamedTuple):
 class AdaptiveController:
     """Controller of a drive's adaptive start-up, between sensors and commands (``RunController``).
 
-    Until it has received the sample of the sensor's first period it commands nothing, like the
-    controller of a live drive in lock step.
+    Like the controller of a live drive in lock step, it commands nothing before it has received the
+    sample at the end of the sensor's first period.
 
     Args:
         scene: scene with an adaptive profile.

@@ -108,21 +108,21 @@ def _without_balls(scene: Scene) -> dict[str, Any]:
 
 
 def _period(scene: Scene) -> dict[str, float] | None:
-    asked = scene.profile
-    if asked is None or asked.kind != "start_up" or asked.variable_speed_period is None:
+    profile = scene.profile
+    if profile is None or profile.kind != "start_up" or profile.variable_speed_period is None:
         return None
-    profile = SpeedSchedule.of_scene(scene)
-    begins = profile.variable_speed_period
+    schedule = SpeedSchedule.of_scene(scene)
+    begins = schedule.variable_speed_period
     if begins is None:  # The speed lies below the scene's start speed.
         return None
-    middle = begins + 0.5 * asked.variable_speed_period.duration
-    scheduled = profile.segment_at(middle)
+    middle = begins + 0.5 * profile.variable_speed_period.duration
+    scheduled = schedule.segment_at(middle)
     start, end = (float(scheduled.segment.speed(t)) for t in (0.0, scheduled.end - scheduled.start))
     return {
         "start_speed": start,
         "end_speed": end,
-        "acceleration": asked.variable_speed_period.acceleration,
-        "around": asked.acceleration,
+        "acceleration": profile.variable_speed_period.acceleration,
+        "around": profile.acceleration,
     }
 
 

@@ -28,7 +28,7 @@ from ab_sim.model.spindle.step_ranges import (
 from ab_sim.scene.model import Scene
 
 AT_ONCE = 10_000
-"""Steps between two decimations of a run whose samples are not all kept."""
+"""Number of steps after which samples are decimated, if not all are kept, to limit memory."""
 ONE = 1  # an argument that is this object needs no check of its type
 
 
@@ -141,7 +141,10 @@ class Drive:
 
     @property
     def schedule(self) -> SpeedSchedule:
-        """Return the known spindle speed over time; setting another one applies it from now on."""
+        """Return the schedule of the spindle's speed, as far as it is known.
+
+        Another schedule that is assigned applies from now on.
+        """
         return self._schedule
 
     @schedule.setter
@@ -210,6 +213,7 @@ class Drive:
         self._command, self.controller = None, None
 
     def _approach(self, speed: float, slope: float) -> None:
+        """Ramp to a speed [rad/s] at an acceleration [rad/s^2], see ``command``."""
         self._check_stable(self.servo.check(speed))
         if (speed, slope) == (self._command, self._acceleration):
             return
@@ -220,6 +224,7 @@ class Drive:
         self._command, self._acceleration = float(speed), float(slope)
 
     def _check_stable(self, speed: float) -> None:
+        """Refuse a speed [rad/s] at which the step would be too long, and remember allowed ones."""
         if abs(speed) <= self._stable_to:
             return
         try:
@@ -349,6 +354,8 @@ class Drive:
     def snapshot(self) -> Snapshot:
         """Return the present state for ``restore``."""
         memory = self._work.memory.copy()
+        # Memory of an earlier segment is stale, but ``restore`` takes all memory as valid. Zeros
+        # make the stepper restart, as it does in this drive.
         if self._work.smooth[0] != self._segment_at(self.time).start:
             memory[:] = 0.0
         return Snapshot(
@@ -407,11 +414,15 @@ class Drive:
         return segment_after(self.schedule, time, self.step)
 
     def _room_for(self, steps: int) -> np.ndarray:
-        """Return an uninitialised array for samples."""
+        """Return an uninitialised array for samples, shape (steps, channels)."""
         return np.empty((steps, len(self.channels)))
 
     def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray | KeptArray) -> None:
-        """Take steps along a plan from the present on, without counting them yet."""
+        """Take steps along a plan from the present on, without counting them yet.
+
+        Raises:
+            DivergedError: the state went out of bounds; the steps before are counted.
+        """
         command = math.nan if self._command is None else self._command
         taken = step_plan.walk(self._steps.along, self.steps, steps, command, samples)
         if taken < 0:

@@ -102,9 +102,13 @@ class Snapshot(NamedTuple):
     """Everything on which a drive's future depends, except its scene."""
 
     steps: int
+    """Number of steps taken since t = 0."""
     step: float
+    """Step [s]."""
     state: np.ndarray
+    """State of the system, shape (states,)."""
     discrete_state: np.ndarray
+    """Active branches and whole turns, shape (balls + 1, DISCRETE_COLUMNS)."""
     memory: np.ndarray
     """Values that the stepper carries from one step to the next."""
     schedule: SpeedSchedule
@@ -163,7 +167,7 @@ class RowReader:
             for k, (name, sensor) in enumerate(sensors.items())
         }
         self.channels = channels_of(scene, system)
-        self._own = slice(DECK, DECK + len(type(system.deck_model).CHANNELS))
+        self._deck_columns = slice(DECK, DECK + len(type(system.deck_model).CHANNELS))
         self.reset()
 
     def reset(self) -> None:
@@ -172,7 +176,7 @@ class RowReader:
         at_rest = self._deck_model.at_rest(start)
         for name, pickup in self.pickups.items():
             # The sensors have settled, as if the drive had always been at rest.
-            pickup.reset(self.felt(name, at_rest)[0])
+            pickup.reset(self.sensed(name, at_rest)[0])
 
     def trajectory(self, samples: np.ndarray) -> Trajectory:
         """Return the trajectory of some steps; sensor readings continue from the last call.
@@ -184,7 +188,7 @@ class RowReader:
         if self.pickups and len(samples):
             first = int(samples[0, STEP])
             for (name, pickup), at in zip(self.pickups.items(), self._readings(), strict=True):
-                force = self.felt(name, samples[:, self._own])
+                force = self.sensed(name, samples[:, self._deck_columns])
                 samples[:, at] = pickup.process(first, force)
         return Trajectory(self.channels, samples)
 
@@ -246,11 +250,16 @@ class RowReader:
         ways, first = self._ways, len(self.channels) - self._ways * len(self.pickups)
         return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
 
-    def felt(self, name: str, samples: np.ndarray) -> np.ndarray:
-        """Return the quantity that a sensor measures, shape (samples, axes).
+    def sensed(self, name: str, samples: np.ndarray) -> np.ndarray:
+        """Return the quantity that a sensor measures, without the sensor's own dynamics and noise.
 
-        For an accelerometer: specific force on the deck's axes [m/s^2]. For a probe: displacement
-        [m].
+        Args:
+            name: name of the sensor.
+            samples: channels of the deck model, shape (samples, channels).
+
+        Returns:
+            Specific force on the deck's axes [m/s^2] for an accelerometer, displacement on inertial
+            axes [m] for a probe; shape (samples, axes).
         """
         point, effects = self._points[name], self._system.effects
         if name in self._scene.probes:

@@ -55,15 +55,15 @@ class OverlapAccumulator:
         sizes = np.array(balls.radii)[self._pairs].sum(axis=1)
         self._apart = 2.0 * np.arcsin(np.minimum(sizes / (2.0 * radius), 1.0))
         self._before: np.ndarray | None = None
-        self._found: list[Overlap] = []
+        self._overlaps: list[Overlap] = []
 
     @property
-    def found(self) -> tuple[Overlap, ...] | None:
+    def overlaps(self) -> tuple[Overlap, ...] | None:
         """Return the first overlap of each pair so far, in order of time.
 
         Return None if balls cannot overlap.
         """
-        return tuple(self._found) if self.possible else None
+        return tuple(self._overlaps) if self.possible else None
 
     def take(self, block: Trajectory) -> None:
         """Process the next samples of a trajectory."""
@@ -92,7 +92,7 @@ class OverlapAccumulator:
         firsts = np.argmax(overlap, axis=0)
         for k in sorted(np.flatnonzero(new), key=lambda k: (firsts[k], k)):
             i, j = self._pairs[k].tolist()
-            self._found.append(Overlap((i, j), float(time[firsts[k]])))
+            self._overlaps.append(Overlap((i, j), float(time[firsts[k]])))
         # Only the first overlap of each pair counts, so the pair is dropped.
         self._pairs, self._apart = self._pairs[~new], self._apart[~new]
         self._before = self._before[:, ~new]
@@ -104,7 +104,7 @@ def overlaps_at_start(scene: Scene) -> str:
     if not record.possible:
         return ""
     record.look(np.zeros(1), np.array([start_angles(scene)]))
-    return overlaps_text(record.found) if record.found else "not at the start, but they can"
+    return overlaps_text(record.overlaps) if record.overlaps else "not at the start, but they can"
 
 
 def together_at_start(scene: Scene) -> str:

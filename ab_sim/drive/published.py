@@ -55,7 +55,7 @@ class StateChannels(NamedTuple):
         """Return whether all these channels exist."""
         return {*channels} <= {*self.channels}
 
-    def known(self, *channels: str) -> list[str]:
+    def or_zero(self, *channels: str) -> list[str]:
         """Return these names, with ``zero`` in place of missing ones: a planar deck has no z."""
         return [name if name in self.channels else "zero" for name in channels]
 
@@ -100,18 +100,19 @@ def _vibration(channels: StateChannels) -> Iterator[Template]:
     """Yield a template for each accelerometer, or one for the deck if there is none."""
     sensors = [name for name in channels.sensors if channels.has(f"{name}_1")]
     for name in sensors:
-        read = channels.known(f"{name}_1", f"{name}_2", f"{name}_3")
+        read = channels.or_zero(f"{name}_1", f"{name}_2", f"{name}_3")
         sample = VibrationSample(0, AXES, frame=channels.frame(name))
         yield Template(sample, [*read, "zero", "zero", "zero"], name)
     if not sensors and channels.has("ax", "ay"):
         sample = VibrationSample(0, AXES, frame=channels.frame(HOUSING))
-        yield Template(sample, [*channels.known("ax", "ay", "az"), *TURNING], VIBRATION)
+        yield Template(sample, [*channels.or_zero("ax", "ay", "az"), *TURNING], VIBRATION)
 
 
 @state_topic(topics.WHIRL)
 def _whirl(channels: StateChannels) -> Iterator[Template]:
     if channels.has("x", "y"):
-        yield Template(WhirlSample(0, AXES, channels.frame(HOUSING)), channels.known("x", "y", "z"))
+        sample = WhirlSample(0, AXES, channels.frame(HOUSING))
+        yield Template(sample, channels.or_zero("x", "y", "z"))
 
 
 @state_topic(topics.DECK_POSE)
@@ -120,4 +121,4 @@ def pose(channels: StateChannels) -> Iterator[Template]:
     if channels.has("x", "y"):
         turn = ["qx", "qy", "qz", "qw"] if channels.tilts else ["zero", "zero", "zero", "one"]
         sample = PoseSample(0, AXES, NO_TURN, channels.frame(HOUSING))
-        yield Template(sample, [*channels.known("x", "y", "z"), *turn])
+        yield Template(sample, [*channels.or_zero("x", "y", "z"), *turn])

@@ -68,7 +68,7 @@ def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
 
     Args:
         path: file to read.
-        named: expected value of ``format``.
+        named: expected value of the entry ``format``.
         otherwise: end of the message for a JSON file with another format.
 
     Raises:
@@ -192,6 +192,7 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
 
 
 def _within(name: str, value: float, most: float, least: float | None = None) -> None:
+    """Refuse a value beyond ``most``, or below ``least``, by default ``-most``; or a NaN."""
     low = -most if least is None else least
     # A NaN fails this comparison.
     if not low * (1.0 + ROUNDING) <= value <= most * (1.0 + ROUNDING):

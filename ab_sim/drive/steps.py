@@ -19,7 +19,7 @@ from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
 from ab_sim.engine.kernels.code import Code, code_of, lanes_for, tangent_address
 from ab_sim.engine.kernels.constants import numbers_of
 from ab_sim.engine.kernels.runge_kutta import EMITTED
-from ab_sim.engine.stepping.assemble import NOWHERE, known_of, run_with
+from ab_sim.engine.stepping.assemble import NOWHERE, flags_of, run_with
 from ab_sim.engine.stepping.fixed_step import advance
 from ab_sim.engine.taylor.assemble import memory_size, run_by_taylor
 from ab_sim.engine.taylor.driver import advance_by_taylor
@@ -128,6 +128,7 @@ _END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.
 
 
 def _line(step_range: StepRange, next_: StepRange) -> list[float]:
+    """Return the row of a step range in ``StepPlanPart.table``; ``next_`` is the range after it."""
     # The last part of a step completes it.
     ended = step_range.steps or int(next_.first != step_range.first)
     place, first, start = (
@@ -206,12 +207,12 @@ class Steps:
         if kind not in self._made:
             code = code_of(self._system, kind)
             run = self._run(code)
-            fixed, weights = known_of(run), self._stepper.weights
+            flags, weights = flags_of(run), self._stepper.weights
             if isinstance(weights, TaylorParameters):
                 one = run_by_taylor(run, self._system, code, weights)
-                taken = compiled(advance_by_taylor, fixed).bind(one)
+                taken = compiled(advance_by_taylor, flags).bind(one)
             else:
-                taken = compiled(advance, fixed).bind(run)
+                taken = compiled(advance, flags).bind(run)
             self._made[kind] = run, taken, code
         return self._made[kind][1]
 

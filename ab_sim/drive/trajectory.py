@@ -69,7 +69,9 @@ def matrix_of(turn: np.ndarray) -> np.ndarray:
 
 
 def tilt_of(turn: np.ndarray) -> np.ndarray:
-    """Return the angles alpha, beta, gamma [rad], each within +-pi, and alpha within +-pi/2.
+    """Return the angles alpha, beta, gamma [rad] of quaternions, shape (..., 3).
+
+    Beta and gamma are within +-pi, alpha within +-pi/2.
 
     The deck is turned by gamma about Z, then by alpha about the new x, then by beta about the last
     y. This is the order of Kim and Chung, Rz(gamma) Rx(alpha) Ry(beta), with their matrix elements.
@@ -232,7 +234,7 @@ class Trajectory(Presented):
         return Trajectory(self.channels, self.samples[(-1 - after) % every :: every].copy())
 
     def last(self, count: int) -> "Trajectory":
-        """Return the last ``count`` samples, or all of them; none if ``count`` is less than 1."""
+        """Return the last ``count`` samples, or all if there are fewer; none if ``count`` < 1."""
         return Trajectory(self.channels, self.samples[max(len(self) - max(count, 0), 0) :])
 
     def __len__(self) -> int:

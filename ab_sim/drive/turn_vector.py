@@ -49,6 +49,7 @@ class TurnVector:
         path = _continued(self._path, turned)
         sums = _continued(self._sums, turned * means)
         ends = path[count:]
+        # A mean is valid only if the whole turn before its sample begins after the last gap.
         gaps = np.where((turned > COARSEST) | ~sound, ends, self._whole_from)
         gaps = np.maximum.accumulate(gaps)
         self._whole_from = float(gaps[-1])

@@ -155,7 +155,7 @@ class DriveHealth:
             self._overlaps = OverlapAccumulator(drive.scene)
         self._looked = drive.steps
         self._overlaps.take(drive.present())
-        return {"balls overlap": overlaps_text(self._overlaps.found)}
+        return {"balls overlap": overlaps_text(self._overlaps.overlaps)}
 
     def _factors(self) -> dict[str, str]:
         """Return the real-time factors over the last period and longer windows; empty at first."""

@@ -71,6 +71,7 @@ def bounds_at(scene: Scene, key: str) -> Bounds | None:
 
 
 def _bounds(annotation: Any, more: Iterable[Any] = ()) -> Bounds | None:
+    """Return the bounds in an annotation and in ``more`` metadata; None for other conditions."""
     limits: dict[str, float] = {}
     for constraint in (*_metadata(annotation), *more):
         match constraint:
@@ -106,7 +107,7 @@ def _metadata(annotation: Any) -> Iterator[Any]:
 
 
 def _is_of_any_number(candidate: Any) -> bool:
-    """Return whether a constraint applies to all numbers of scenes: finite, and no bool."""
+    """Return whether a constraint applies to every number of a scene: to be finite, and no bool."""
     constraints = [*_metadata(Number)]
     if isinstance(candidate, BeforeValidator):
         return candidate in constraints

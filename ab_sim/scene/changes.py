@@ -211,7 +211,11 @@ def _place(entries: Sequence[Any], part: str, path: str, origin: str) -> int:
 
 
 def _check_there(here: Mapping[str, Any], key: str, owner: str, change: Change) -> None:
-    """Refuse to remove an unknown key: it may be a typo for one that would silently stay."""
+    """Refuse to remove a missing key: it may be a typo for another one, which would silently stay.
+
+    Raises:
+        SceneError: the key is missing; the message names the nearest one.
+    """
     if key not in here:
         there = [str(other) for other in here]
         raise SceneError(

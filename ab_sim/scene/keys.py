@@ -90,6 +90,14 @@ def _below(key: str, section: Schema, sections: Schema) -> list[SceneKey]:
 
 
 def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[SceneKey]:
+    """Yield the rows of a key, and of all keys below it.
+
+    Args:
+        key: dotted key.
+        schema: JSON Schema of its value.
+        sections: definitions to which ``$ref`` refers.
+        needed: True if the key is required.
+    """
     schema, choices = _resolved(schema, sections)
     kinds = [choice for choice in choices if "kind" in choice.get("properties", ())]
     if kinds:
@@ -155,6 +163,7 @@ def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[Scene
 
 
 def _section_row(key: str, schema: Schema, needed: bool) -> SceneKey:
+    """Return the row of a section, with the first paragraph of its description as the meaning."""
     meaning = schema["description"].partition("\n\n")[0] if "description" in schema else ""
     return SceneKey(key, NONE, NONE, REQUIRED if needed else NONE, " ".join(meaning.split()))
 
@@ -168,6 +177,7 @@ def _default(value: Any) -> str:
 
 
 def _range(schema: Schema, choices: list[Schema]) -> str:
+    """Return the allowed values of a key as text; ``choices`` are alternatives of its schema."""
     if len(choices) > 1:  # one number for all, or one for each
         return f"{_range(choices[0], [])}; one or a list"
     if "enum" in schema:
@@ -203,6 +213,7 @@ def _entry(schema: Schema) -> Schema:
 
 
 def _interval(schema: Schema) -> str:
+    """Return the bounds of a number as text; empty if there are none."""
     low: Any = schema.get("exclusiveMinimum", schema.get("minimum", -math.inf))
     high: Any = schema.get("exclusiveMaximum", schema.get("maximum", math.inf))
     above = ">" if "exclusiveMinimum" in schema else ">="

@@ -225,6 +225,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 
 GIVEN = "the profile in braces"
+"""Name in messages of a profile that is passed as text."""
 INF = float("inf")
 
 
@@ -264,6 +265,11 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
 
 
 def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> RequestedProfile:
+    """Apply changes to the content of a profile without a scene, check it, and return it.
+
+    Raises:
+        SceneError: the profile is invalid, or a change is for another section of a scene.
+    """
     whole = {"profile": raw}
     apply(whole, all_parsed(changes))
     if others := whole.keys() - {"profile"}:
@@ -286,6 +292,7 @@ def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> Requeste
 
 
 def _mapping(text: str) -> dict[str, Any]:
+    """Return the content of a profile in braces; it must be a mapping."""
     try:
         raw = read_yaml(text)
     except ValueError as error:

@@ -154,7 +154,7 @@ class Scene(Section):
 
     @property
     def planned(self) -> "Scene":
-        """Return the scene with a profile that is known in advance (see ``profiles.planned``)."""
+        """Return the scene with a profile that needs no measurements, see ``profiles.planned``."""
         return self.model_copy(update={"profile": planned(self.profile)})
 
     def __repr__(self) -> str:
@@ -215,6 +215,7 @@ class Scene(Section):
 
 
 def _check_lists(scene: Scene) -> None:
+    """Refuse a list with one entry per ball that has another length."""
     balls, angles = scene.balls, scene.start.ball_angles
     for key, values, what, instead in (
         ("balls.mass", balls.mass, "masses", "or one number for all"),
@@ -231,6 +232,7 @@ def _check_lists(scene: Scene) -> None:
 
 
 def _check_masses(scene: Scene) -> None:
+    """Refuse missing masses, and masses that contradict each other."""
     if 0 < scene.rotor.eccentricity < 1e-12:
         raise ValueError(
             f"rotor.eccentricity = {exact(scene.rotor.eccentricity)} m: must be 0 or at least 1e-12"
@@ -256,6 +258,7 @@ def _check_masses(scene: Scene) -> None:
 
 
 def _check_radii(scene: Scene) -> None:
+    """Refuse a missing race, missing radii, and balls that are too large for the race."""
     balls, race = scene.balls, scene.race.radius
     if balls.count and "race" not in scene.model_fields_set:
         raise ValueError("race: is missing; add it: the balls need one, e.g. race: {radius: 0.01}")
@@ -273,6 +276,7 @@ def _check_radii(scene: Scene) -> None:
 
 
 def _check_profile(scene: Scene) -> None:
+    """Refuse a start speed or a profile beyond the spindle's limits."""
     spindle, first = scene.spindle, scene.start.speed
     if abs(first) > spindle.max_speed:
         raise ValueError(beyond("start.speed", first, spindle.max_speed))
@@ -281,6 +285,7 @@ def _check_profile(scene: Scene) -> None:
 
 
 def _check_start(scene: Scene) -> None:
+    """Refuse a start state that does not suit the deck, or that needs a missing motor."""
     start, ways = scene.start.deck, 2 if scene.deck is None else 3
     for key in ("position", "velocity"):
         value = getattr(start, key)
@@ -333,6 +338,7 @@ def _check_deck_model(scene: Scene) -> None:
 
 
 def _check_accuracy(scene: Scene) -> None:
+    """Refuse a requested accuracy together with a solver, or for balls that do not exist."""
     if scene.accuracy is None:
         return
     if "solver" in scene.model_fields_set:
@@ -348,6 +354,7 @@ def _check_accuracy(scene: Scene) -> None:
 
 
 def _check_sensors(scene: Scene) -> None:
+    """Refuse sensors that do not suit the step or the profile, or that share a name."""
     step = None if scene.accuracy is not None else scene.solver.step
     if both := scene.sensors.keys() & scene.probes.keys():
         raise ValueError(
@@ -400,6 +407,7 @@ def _check_deck(scene: Scene) -> None:
 
 
 def _check_plane(scene: Scene) -> None:
+    """Refuse values and effects that have a meaning for a deck in space only."""
     needless = {
         "mounts": bool(scene.mounts),
         "rotor.height": bool(scene.rotor.height),
@@ -421,6 +429,15 @@ def _check_plane(scene: Scene) -> None:
 def _check_effects(
     scene: Scene, others: tuple[str, ...], methods: tuple[str, ...], whose: str, here: str
 ) -> None:
+    """Refuse effects that act on the other kind of deck only.
+
+    Args:
+        scene: scene to check.
+        others: methods of effects that act on the other kind.
+        methods: methods of effects that act on this kind.
+        whose: other kind, for the message.
+        here: statement on this scene, for the message.
+    """
     for name, effect in scene.effects.items():
         acts_there = any(hasattr(effect, method) for method in others)
         if acts_there and not any(hasattr(effect, method) for method in methods):
@@ -431,6 +448,7 @@ def _check_effects(
 
 
 def _check_inertia(key: str, inertia: Inertia) -> None:
+    """Refuse an inertia that no rigid body has: the triangle inequality of principal moments."""
     least, middle, most = np.linalg.eigvalsh(inertia_matrix(inertia))
     if least < 0 or least + middle < most * (1 - 1e-9) or most <= 0:
         raise ValueError(

@@ -239,6 +239,7 @@ def check_profile(
 
 
 def _check_target(profile: RunUp, max_speed: float, max_acceleration: float) -> None:
+    """Refuse a target speed [rad/s] or an acceleration [rad/s^2] beyond the spindle's limits."""
     if profile.target_speed > max_speed:
         raise ValueError(beyond("profile.target_speed", profile.target_speed, max_speed))
     _check_acceleration("profile", profile.acceleration, max_acceleration)
@@ -247,6 +248,7 @@ def _check_target(profile: RunUp, max_speed: float, max_acceleration: float) -> 
 def _check_start_up(
     profile: StartUpProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
+    """Refuse a start-up beyond the limits, or whose variable-speed period leaves its speeds."""
     _check_target(profile, max_speed, max_acceleration)
     target, period = profile.target_speed, profile.variable_speed_period
     if period is None:
@@ -273,6 +275,7 @@ def _check_start_up(
 def _check_segments(
     profile: SegmentsProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
+    """Refuse segments whose acceleration, or any of their possible final speeds, is too large."""
     _, *ends = profile.speeds(first)
     for index, (segment, (low, high)) in enumerate(zip(profile.segments, ends, strict=True)):
         key = f"profile.segments.{index}"
@@ -289,6 +292,7 @@ def _check_segments(
 
 
 def _check_acceleration(key: str, acceleration: float, most: float) -> None:
+    """Refuse an acceleration [rad/s^2] at a key that is larger than ``most``."""
     if acceleration > most:
         raise ValueError(
             f"{key}.acceleration = {exact(acceleration)} rad/s^2: is more than "

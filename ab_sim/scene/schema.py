@@ -63,6 +63,7 @@ def _effects() -> Schema:
 
 
 def _effect(effect: type[Any]) -> Schema:
+    """Return the schema of an effect; one without required parameters may have no value."""
     parameters = effect_parameters(effect)
     needed = [name for name, schema in parameters.items() if "default" not in schema]
     section = _section(parameters, needed)
@@ -82,6 +83,7 @@ def _entry(sections: Schema) -> Schema:
 
 
 def _section(keys: Schema, needed: list[str]) -> Schema:
+    """Return the schema of a mapping with these keys only, some of which are needed."""
     section: Schema = {"type": "object", "properties": keys, "additionalProperties": False}
     return {**section, "required": needed} if needed else section
 
@@ -117,6 +119,7 @@ def _add_steppers(solver: Schema) -> None:
 
 
 def _number(stepper: str, parameter: Any) -> Schema:
+    """Return the schema of a stepper's parameter."""
     number: Schema = {
         "type": "number",
         "description": f"{parameter.meaning}; of the stepper {stepper}",

@@ -38,6 +38,7 @@ _POWERS = str.maketrans({"²": "^2", "³": "^3"})
 _DIGITS = 50
 """Digits of decimal arithmetic, so that the result is the float nearest to the written number."""
 _MAKING = threading.Lock()
+"""Lock for the creation of the registry: two registries would not accept each other's units."""
 
 
 class Kind(NamedTuple):
@@ -131,7 +132,7 @@ def in_si(text: str, unit: str) -> float:
     number, written = match.groups()
     with _many_digits():
         try:
-            with _MAKING:  # two registries would not accept each other's units
+            with _MAKING:
                 _registry()
         except ImportError:  # if the dependencies came with ROS
             raise ValueError(
@@ -179,12 +180,14 @@ def si_unit(written: str) -> str | None:
 
 
 def _must_be(unit: str) -> str:
+    """Return the end of a message: the quantity that a key wants, with an example."""
     kind = KINDS.get(unit)
     what = f"{kind.name} [{unit}]" if kind else f"in [{unit}]"
     return f"must be {what}{_example(unit)}"
 
 
 def _example(unit: str) -> str:
+    """Return an example of a number in a unit, for messages."""
     return f", e.g. {KINDS[unit].example if unit in KINDS else f'0.5 {unit}'}"
 
 
@@ -202,12 +205,14 @@ def _misfit(unit_: Any, unit: str) -> str:
 
 @contextmanager
 def _many_digits() -> Iterator[None]:
+    """Return a context in which decimal arithmetic has ``_DIGITS`` digits."""
     with localcontext(Context(prec=_DIGITS)):
         yield
 
 
 @functools.cache
 def _registry() -> "pint.UnitRegistry[Any]":
+    """Return pint's registry of units, which computes with decimal numbers."""
     import pint
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Decimal)

@@ -147,6 +147,7 @@ class _Statements:
         """C text of each node as an operand, by the node's number."""
 
     def _args(self, x: Expression) -> tuple[Expression, ...]:
+        """Return the arguments of a node that must be computed for it."""
         return () if x.number in self._known else x.args
 
     def _kept(self) -> set[int]:
@@ -187,11 +188,13 @@ class _Statements:
         return texts
 
     def _stored(self, store: Store) -> str:
+        """Return the assignment of a root to its destination, without outer brackets."""
         text = self._of(store.root)
         inlined = text.startswith("(") and store.root.op != "const"
         return f"{store.target} = {text[1:-1] if inlined else text};"
 
     def _at_hand(self, x: Expression) -> bool:
+        """Return whether a node needs no computation."""
         return x.number in self._known or x.op in ("const", "input")
 
     def _computed(self, x: Expression) -> list[str]:
@@ -231,6 +234,7 @@ class _Statements:
         return x.each or not store.each
 
     def _form(self, x: Expression) -> str:
+        """Return a node's operation in C, with its operands as text."""
         if x.op == "total":
             arg = x.args[0]
             if arg.each:

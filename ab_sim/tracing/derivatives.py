@@ -91,11 +91,12 @@ class PowerSeries:
 
     def __init__(self, rates: Mapping[Expression, Expression]) -> None:
         self._rates = dict(rates)
-        self._found: dict[tuple[int, int], Expression] = {}
+        self._coefficients: dict[tuple[int, int], Expression] = {}
+        """Coefficients so far, by a node's number and the power of time."""
 
     def give(self, x: Expression, k: int, value: Expression) -> None:
-        """Set coefficient k of a node."""
-        self._found[x.number, k] = value
+        """Set coefficient k of a node, instead of deriving it."""
+        self._coefficients[x.number, k] = value
 
     def coefficient(self, x: Expression, k: int) -> Expression:
         """Return a node's coefficient of the k-th power of time.
@@ -106,9 +107,9 @@ class PowerSeries:
         if x.level <= Level.PARAMETER:
             return x if k == 0 else x.graph.constant(0.0)
         key = x.number, k
-        if key not in self._found:
-            self._found[key] = self._made(x, k)
-        return self._found[key]
+        if key not in self._coefficients:
+            self._coefficients[key] = self._derived(x, k)
+        return self._coefficients[key]
 
     def change(self, x: Expression, k: int) -> Expression:
         """Return coefficient k of the node's rate of change."""
@@ -133,7 +134,8 @@ class PowerSeries:
                 twice = twice + of(a, i) * of(a, k - i)
         return once if is_constant(twice, 0.0) else once + 2.0 * twice
 
-    def _made(self, x: Expression, k: int) -> Expression:
+    def _derived(self, x: Expression, k: int) -> Expression:
+        """Return coefficient k of a node, from those of its arguments and lower ones of its own."""
         of, args, graph = self.coefficient, x.args, x.graph
         if x.op == "input":
             if k == 0:
@@ -156,13 +158,19 @@ class PowerSeries:
 
 
 def _quotient(of: PowerSeries, x: Expression, k: int) -> Expression:
-    # From b x = a: b_0 x_k = a_k - sum over i >= 1 of b_i x_(k-i).
+    """Return coefficient k of x = a / b.
+
+    From b x = a: b_0 x_k = a_k - sum over i >= 1 of b_i x_(k-i).
+    """
     a, b = x.args
     return (of.coefficient(a, k) - of.product(b, x, k, 1)) * (1.0 / of.coefficient(b, 0))
 
 
 def _root(of: PowerSeries, x: Expression, k: int) -> Expression:
-    # From x x = a: 2 x_0 x_k = a_k - sum over 0 < i < k of x_i x_(k-i).
+    """Return coefficient k of x = sqrt(a).
+
+    From x x = a: 2 x_0 x_k = a_k - sum over 0 < i < k of x_i x_(k-i).
+    """
     inner = lifted(x.graph, 0.0)
     for i in range(1, k):
         inner = inner + of.coefficient(x, i) * of.coefficient(x, k - i)

@@ -39,7 +39,12 @@ class Graph:
         return self._node("const", (), Level.CONSTANT, False, value, value.hex())
 
     def input(self, name: str, level: Level = Level.STATE, per_ball: bool = False) -> "Expression":
-        """Return the node of an input; with ``per_ball``, of one number per ball.
+        """Return the node of an input.
+
+        Args:
+            name: name of the input, unique in the graph.
+            level: stage at which its value becomes known.
+            per_ball: True if it stands for one number per ball.
 
         Raises:
             ValueError: an input of that name exists with another level or shape.
@@ -353,12 +358,14 @@ def shown(x: Expression, depth: int = 6) -> str:
 
 
 def _binary(make: Any, operand: Expression, other: Any) -> Any:
+    """Return ``make(operand, other)``; for another type, let Python try the other operand."""
     if not isinstance(other, Expression | float | int):
         return NotImplemented
     return make(operand, lifted(operand.graph, other))
 
 
 def _reflected(make: Any, operand: Expression, other: Any) -> Any:
+    """Return ``make(other, operand)`` for a number on the left of an expression."""
     if not isinstance(other, float | int):
         return NotImplemented
     return make(operand.graph.constant(other), operand)

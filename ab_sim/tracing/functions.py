@@ -118,6 +118,9 @@ def cos_sin(x: float) -> tuple[float, float]:
     r = fma(quarters, -PI_2C, fma(quarters, -PI_2B, r))
     z = r * r
     zz = z * z
+    # Polynomials of sine and cosine on +-pi/4, from fdlibm's __kernel_sin and __kernel_cos (Sun
+    # Microsystems, 1993). Pairs of terms are joined by powers of z z, as in Estrin's scheme, which
+    # keeps the chain of dependent operations short.
     s = fma(z, 1.58969099521155e-10, -2.5050760253406863e-08)
     s = fma(zz, s, fma(z, 2.7557313707070068e-06, -0.0001984126982985795))
     s = fma(zz, s, fma(z, 0.00833333333332249, -0.16666666666666632))
@@ -125,6 +128,7 @@ def cos_sin(x: float) -> tuple[float, float]:
     c = fma(z, -1.1359647557788195e-11, 2.087572321298175e-09)
     c = fma(zz, c, fma(z, -2.7557314351390663e-07, 2.480158728947673e-05))
     c = fma(zz, c, fma(z, -0.001388888888887411, 0.0416666666666666))
+    # As in fdlibm: the rounding error of 1 - z/2 is computed exactly and added to the small rest.
     half = 0.5 * z
     near = 1.0 - half
     c = near + fma(zz, c, (1.0 - near) - half)

@@ -112,6 +112,7 @@ class Function:
             self.lines.append(f"store double {one}, ptr {pointer}, align 8")
 
     def _pointer(self, place: MemorySlot, ball: int) -> str:
+        """Append the address of a ball's number, and return its name."""
         size = 1 if place.pointer in self.uniform else self.shape.lanes
         at = (place.at + ball * place.stride) * size
         return self.put(f"getelementptr double, ptr %{place.pointer}, i64 {at}")
@@ -209,6 +210,7 @@ class Body:
         return [self._operand(x, k, width) for k, width in enumerate(widths)]
 
     def _widths(self, x: Expression) -> list[int]:
+        """Return the widths of the vectors that hold a node."""
         return self._into.shape.widths(x.each)
 
     def _operand(self, x: Expression, k: int, width: int) -> str:
@@ -224,6 +226,7 @@ class Body:
         return self._into.widened(values[0], width, "i1" if is_bool else "double")
 
     def _emitted(self, x: Expression) -> list[str]:
+        """Append the load or the operation of a node, whose arguments have been emitted."""
         into = self._into
         place = self._known.get(x.number)
         if place is None and x.op == "input":
@@ -249,6 +252,7 @@ class Body:
         ]
 
     def _operation(self, op: str, width: int, args: Sequence[str]) -> str:
+        """Append an operation on values of a width, and return its value's name."""
         of = kind(width)
         if op in _TWO:
             return self._into.put(f"{_TWO[op]} {of} {args[0]}, {args[1]}")
@@ -315,6 +319,7 @@ class Body:
         return texts
 
     def _halved(self, value: str, width: int) -> str:
+        """Return the sum of a vector's elements, in the order of ``functions.halved``."""
         while width > 1:
             half = 1 << (width - 1).bit_length() - 1
             low, high = (self._part(value, width, first, half) for first in (0, half))

@@ -93,6 +93,7 @@ def processor_features() -> str:
 
 
 def _run(passes: Sequence[str], module: Any, machine: Any) -> None:
+    """Apply LLVM's passes to a module, in place."""
     if not passes:
         return
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
@@ -125,6 +126,7 @@ def _linked(object_file: Any, elsewhere: Mapping[str, int]) -> Any:
 
 @functools.cache
 def _native() -> Any:
+    """Return LLVM's target for this machine, after LLVM has been initialised once."""
     # Loop strength reduction, turned off for the whole process: it takes a fifth of the time of
     # compiling code with control flow, and does not make its loops faster.
     llvm.set_option("ab_sim", "-disable-lsr")

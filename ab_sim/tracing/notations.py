@@ -146,6 +146,7 @@ class Latex(Notation):
 
 
 def _escaped(word: str) -> str:
+    """Return a word with its underscores escaped for LaTeX."""
     return word.replace("_", r"\_")
 
 

@@ -84,6 +84,7 @@ def multiply_add(a: float, b: float, c: float) -> float:
 
 
 def _divided(a: float, b: float) -> float:
+    """Return a / b by IEEE 754, which defines a division by zero."""
     if b:
         return a / b
     if a == 0 or math.isnan(a):
@@ -92,4 +93,5 @@ def _divided(a: float, b: float) -> float:
 
 
 def _root(x: float) -> float:
+    """Return the square root by IEEE 754: NaN of a negative number."""
     return math.sqrt(x) if x >= 0 else math.nan

@@ -121,9 +121,11 @@ class Printer:
         return self._symbol_of(x, self._named[x.number], "i")
 
     def _symbol_of(self, x: Expression, symbol: str, index: str) -> str:
+        """Return a node's symbol, with an index if it stands for one number per ball."""
         return self._notation.indexed(symbol, index) if x.each else symbol
 
     def _written(self, x: Expression, index: str, whole: bool = False) -> PrintedText:
+        """Return the text of a node; with ``whole``, written out even if the node has a symbol."""
         if x.number in self._named and not whole:
             return PrintedText(self._symbol_of(x, self._named[x.number], index), Holds.ATOM)
         terms = self._terms(x, index)
@@ -163,6 +165,7 @@ class Printer:
         return [(False, self._other(x, index))]
 
     def _part(self, x: Expression, index: str) -> list[tuple[bool, PrintedText]]:
+        """Return the terms of a node within a sum; a node with a symbol is one term."""
         if x.number in self._named:
             return [(False, self._written(x, index))]
         return self._terms(x, index)
@@ -234,18 +237,21 @@ class Printer:
         return {"cos": 1, "sin": 1, "div": 2, "total": 3, "rows": 3}.get(x.op, 0)
 
     def _factor(self, x: Expression, count: int, index: str) -> PrintedText:
+        """Return a factor of a product, to the power ``count``."""
         if x.op in ("cos", "sin") and x.number not in self._named:
             return self._notation.function(x.op, self._written(x.args[0], index), count)
         it = self._written(x, index)
         return it if count == 1 else self._notation.power(it, count)
 
     def _number(self, value: float) -> PrintedText:
+        """Return a number that is not negative, as a short fraction if it equals one."""
         short = Fraction(value).limit_denominator(9) if value < 100 else Fraction(1)
         if short.denominator > 1 and short.numerator / short.denominator == value:
             return self._notation.fraction(short.numerator, short.denominator)
         return self._notation.number(value)
 
     def _other(self, x: Expression, index: str) -> PrintedText:
+        """Return the text of an operation that is neither a sum nor a product."""
         notation = self._notation
         if x.op == "input":
             return PrintedText(self._symbol_of(x, self._symbol(x.payload), index), Holds.ATOM)
@@ -267,7 +273,8 @@ class Printer:
 
 T = TypeVar("T")
 
-_OWN = __name__.rpartition(".")[0]
+_PACKAGE = __name__.rpartition(".")[0]
+"""This package, whose functions have no quantities of a formula as locals."""
 
 
 class Named(NamedTuple):
@@ -276,6 +283,7 @@ class Named(NamedTuple):
     name: str
     """Name in the source."""
     node: Expression
+    """Expression of the quantity."""
 
 
 def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, list[Named]]:
@@ -293,7 +301,7 @@ def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, lis
     by_name: dict[str, Named] = {}
 
     def look(frame: FrameType, event: str, _: Any) -> None:
-        if event != "return" or frame.f_globals.get("__name__", "").startswith(_OWN):
+        if event != "return" or frame.f_globals.get("__name__", "").startswith(_PACKAGE):
             return
         for name, value in frame.f_locals.items():
             if isinstance(value, Expression) and value.op not in ("input", "const"):

@@ -10,7 +10,7 @@ import ab_sim
 from ab_sim.drive.drive import Drive
 from ab_sim.engine.compiling import compiled
 from ab_sim.engine.compiling.library import Module
-from ab_sim.engine.stepping.assemble import known_of
+from ab_sim.engine.stepping.assemble import flags_of
 from ab_sim.engine.stepping.fixed_step import advance
 
 
@@ -83,7 +83,7 @@ def test_what_is_not_reached_is_not_there() -> None:
 def test_a_driver_has_only_what_its_scene_calls_for(scene: str, without: tuple[str, ...]) -> None:
     steps = Drive(ab_sim.load_scene(scene))._steps  # its parts are private, and what is looked at
     ((run, *_),) = steps._made.values()
-    text = text_of(advance, known_of(run))
+    text = text_of(advance, flags_of(run))
     everything = text_of(advance, {})
     for part in ("events.location.locate", "events.impact", "stepping.implicit"):
         assert part in everything

@@ -30,18 +30,18 @@ def test_who_and_from_when_on(scene: Any, size: int) -> None:
     still = np.zeros_like(time)
     coming = -1.0 - 4 * math.pi + time
     watch = watched(three, time, (still, still + 1.0, coming), size)
-    assert watch.found is not None
-    assert [overlap.balls for overlap in watch.found] == [(0, 2), (1, 2)]
-    meets = [overlap.since for overlap in watch.found]
+    assert watch.overlaps is not None
+    assert [overlap.balls for overlap in watch.overlaps] == [(0, 2), (1, 2)]
+    meets = [overlap.since for overlap in watch.overlaps]
     assert meets == pytest.approx([1 - TOUCH, 2 - TOUCH], abs=0.01)
-    assert overlaps_text(watch.found) == f"balls 0 and 2, first at {meets[0]:.4g} s; 1 more pair"
+    assert overlaps_text(watch.overlaps) == f"balls 0 and 2, first at {meets[0]:.4g} s; 1 more pair"
 
 
 @pytest.mark.parametrize("size", [1, 2, 100])
 def test_who_passes_another_between_two_samples_was_in_its_place(scene: Any, size: int) -> None:
     time = np.arange(5.0)
     watch = watched(scene(), time, (0 * time, np.array([-1.5, -1.0, -0.5, 0.5, 1.0])), size)
-    assert watch.found == (Overlap((0, 1), 3.0),)
+    assert watch.overlaps == (Overlap((0, 1), 3.0),)
 
 
 def test_who_cannot_overlap(scene: Any) -> None:
@@ -53,8 +53,8 @@ def test_who_cannot_overlap(scene: Any) -> None:
     for other in (scene(effects=contact, start=apart), one, sizeless):
         watch = OverlapAccumulator(other)
         watch.look(np.zeros(1), np.zeros((1, other.balls.count)))
-        assert watch.found is None and not watch.possible
-        assert overlaps_at_start(other) == "" and overlaps_text(watch.found) == "-"
+        assert watch.overlaps is None and not watch.possible
+        assert overlaps_at_start(other) == "" and overlaps_text(watch.overlaps) == "-"
 
 
 def test_at_the_start(scene: Any) -> None:
@@ -68,4 +68,4 @@ def test_of_a_run(scene: Any) -> None:
     run = Drive(scene(start={"ball_angles": [0.0, 2 * math.pi]})).advance(10)
     watch = OverlapAccumulator(scene())
     watch.take(run)
-    assert watch.found == (Overlap((0, 1), run["time"][0]),)
+    assert watch.overlaps == (Overlap((0, 1), run["time"][0]),)

@@ -36,7 +36,7 @@ VELOCITY = Topic(
 
 
 def _velocity(of: published.StateChannels) -> Iterator[published.Template]:
-    yield published.Template((0.0, 0.0, 0.0), of.known("vx", "vy", "vz"))
+    yield published.Template((0.0, 0.0, 0.0), of.or_zero("vx", "vy", "vz"))
 
 
 def add() -> None:

@@ -400,7 +400,7 @@ class RunOverlapAccumulator:
     @property
     def found(self) -> list[tuple[Overlap, ...] | None]:
         """Overlaps of each run; None if balls cannot overlap."""
-        return [accumulator.found for accumulator in self._accumulators]
+        return [accumulator.overlaps for accumulator in self._accumulators]
 
 
 def is_start_up(scene: Scene) -> bool:

@@ -14,7 +14,7 @@ from ab_sim.engine.compiling import BoundFunction, compiled
 from ab_sim.engine.events.run import Run
 from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
 from ab_sim.engine.kernels.code import Code, code_of
-from ab_sim.engine.stepping.assemble import known_of, run_of
+from ab_sim.engine.stepping.assemble import flags_of, run_of
 from ab_sim.engine.stepping.emitted import SOUND, event_test_address, settle_address, size_of_seen
 from ab_sim.engine.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
 from ab_sim.engine.stepping.side_by_side import (
@@ -226,7 +226,7 @@ class LaneGroup:
             return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
         alone: Any = tuple(self._alone(code) for _ in range(LANES))
         over_events = self._over_events(lanes, code, alone)
-        advance = compiled(advance_over_events, known_of(alone[0]))
+        advance = compiled(advance_over_events, flags_of(alone[0]))
         return _Work(lanes, alone, advance.bind(over_events), code)
 
     def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
@@ -240,7 +240,7 @@ class LaneGroup:
             x=_room(len(alone[0].balls.x)),
             motor=_room(len(alone[0].balls.motor)),
             table=_room(table.size).reshape(*table.shape, LANES),
-            found=np.zeros(LANES),
+            suspected=np.zeros(LANES),
             took_alone=np.zeros(LANES),
             one=alone,
         )
@@ -278,7 +278,7 @@ class LaneGroup:
             bounds=_room(layout.size),
             state=_room(layout.size),
             turns=_room(n + code.model.has_motor),
-            said=_room(2),
+            status=_room(2),
             sound=np.zeros(LANES),
             slopes=_room(layout.size),
             trial=_room(layout.size),
@@ -300,7 +300,7 @@ def _begin(work: _Work, starts: LaneStarts) -> None:
     for place, column in zip(places, columns, strict=True):
         place[:, :count] = column.T
         place[:, count:] = column[-1:].T
-    lanes.said[SOUND], lanes.sound[:] = 1.0, 0.0
+    lanes.status[SOUND], lanes.sound[:] = 1.0, 0.0
     for lane, run in enumerate(work.alone):
         row, balls, n = min(lane, count - 1), run.balls, run.balls.number
         constants = starts.constants[row]

@@ -62,6 +62,7 @@ class _Part(NamedTuple):
     first: int
     """Number of the first step."""
     taken: Trajectory
+    """Samples of these steps."""
 
     @property
     def last(self) -> int:
@@ -143,6 +144,7 @@ class LiveChecks:
         self._give(lambda drive: drive.follow(speeds, acceleration))
 
     def _give(self, command: Callable[[Drive], None]) -> None:
+        """Apply a command to the drive, and keep it for the comparison run."""
         command(self._drive)
         self._commands = (*self._commands, command)
 
@@ -204,7 +206,7 @@ class LiveChecks:
                 self._check_on(self._window, before + steps)
         except DivergedError:
             # The drive itself is finite, otherwise this would not be called.
-            self._found(ErrorEstimate(math.inf, math.inf))
+            self._add_error(ErrorEstimate(math.inf, math.inf))
             self.latest, self._now, self._window = self._now, NONE_YET, None
             return
         done = self._shadow.steps - before
@@ -228,6 +230,7 @@ class LiveChecks:
         return self._drive.steps < self._end
 
     def _begin_window(self) -> deque[_Part]:
+        """Set the comparison run to the drive's present state, and return an empty window."""
         kept = self._drive.snapshot()
         # Twice as many half steps end at the same time, to the last bit.
         kept = kept._replace(steps=2 * kept.steps, step=self._shadow.step, pickups={})
@@ -242,6 +245,7 @@ class LiveChecks:
         return 2 * self._window[-1].last - self._shadow.steps
 
     def _account(self, begin: float) -> None:
+        """Add the CPU time since ``begin`` [s] to that of the checks."""
         self._spent += time.thread_time() - begin
 
     def _check_on(self, window: deque[_Part], last: int) -> None:
@@ -265,11 +269,12 @@ class LiveChecks:
             drive = Samples.of(Trajectory.join([part.taken for part in parts]))
             drive = Samples(drive.position[compared], drive.angles[compared])
             error = deviation(drive, shadow, self._drive.scene.whirl_unit[0])
-            self._found(ErrorEstimate(error.angle, error.whirl))
+            self._add_error(ErrorEstimate(error.angle, error.whirl))
         while window and 2 * window[0].last <= until:
             window.popleft()
 
-    def _found(self, error: ErrorEstimate) -> None:
+    def _add_error(self, error: ErrorEstimate) -> None:
+        """Include an error in the maximum of the current window and in that of the run."""
         self._now = ErrorEstimate(*map(max, self._now, error))
         self.largest = ErrorEstimate(*map(max, self.largest, error))
 

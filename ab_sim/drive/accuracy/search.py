@@ -176,6 +176,8 @@ def cheapest(
 
 
 class _Search:
+    """Search for the cheapest solver of one scene; the arguments are those of ``cheapest``."""
+
     def __init__(
         self,
         scene: Scene,
@@ -188,14 +190,14 @@ class _Search:
         self.scene, self.requested = scene, scene.accuracy
         system = system_of(scene)
         rates = linear_rates(system, top_speed(scene, commanded))
-        beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
+        other_rates = {what: rate for what, rate in rates.items() if what != DRAG}
         eventful = has_events(system.effects)
         priced = [s for s in steppers().values() if s.priced and (s.locates_events or not eventful)]
         self._tolerant = [s for s in priced if s.keeps_tolerance]
         by_step = [s for s in priced if not s.keeps_tolerance]
         longest = {s.name: largest_step(s, step_limiting_rates(s, rates))[0] for s in by_step}
         self._usual, other = stepper_named(USUAL), stepper_named(STIFF)
-        without_drag = largest_step(self._usual, beside_drag)[0]
+        without_drag = largest_step(self._usual, other_rates)[0]
         stiff = without_drag >= DRAG_RULES * longest[USUAL]
         self._first = other if stiff else self._usual
         # Methods with a tolerance get samples as dense as the first method's steps.
@@ -246,6 +248,8 @@ class _Search:
         previous: Tried | None = None
         rungs = self._trials.rungs(self._first)
         for place, rung in enumerate(rungs, start=1):
+            # Once the differences are small enough, only a rung that can be the reference is run.
+            # Two runs may agree by chance, so a much larger difference afterwards starts again.
             serves, last = rung % SHARED == 0, place == len(rungs)
             if enough and not (serves or last):
                 continue
@@ -273,13 +277,18 @@ class _Search:
         self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
 
     def _longest_passing(self, stepper: Stepper) -> Tried:
+        """Return the run with a method's longest accurate step, of those that were run.
+
+        Raises:
+            SceneError: no run is accurate enough; the message states the best possible accuracy.
+        """
         runs = [one for one in self._trials.tried if one.stepper is stepper]
         for one in runs:
             if self._passes(one):
                 return one
         best = min(runs, key=lambda one: self._share(self._error(one)))
         error = self._error(best)
-        asked_tolerances = [
+        missed = [
             f"accuracy.{key} = {exact(tolerance)} {unit}: the best possible is about "
             f"{_rounded_up(SAFETY * measured):g} {unit}"
             for key, tolerance, measured, unit in (
@@ -295,7 +304,7 @@ class _Search:
                 "motion amplifies rounding errors"
             )
         raise SceneError(
-            f"{'; '.join(asked_tolerances)}, with {_setting_of(best)} and a safety factor of "
+            f"{'; '.join(missed)}, with {_setting_of(best)} and a safety factor of "
             f"{SAFETY:g}: {reason}; request no more than that"
         )
 
@@ -344,6 +353,7 @@ class _Search:
         return []
 
     def _between(self, one: Tried, other: Tried) -> Deviation:
+        """Return the largest differences between two runs, at the times that both have sampled."""
         common = math.gcd(one.kept, other.kept)
         a, b = (samples.samples.every(samples.kept // common) for samples in (one, other))
         return deviation(a, b, self.scene.whirl_unit[0])
@@ -399,6 +409,7 @@ def resolve_accuracy(
 
 
 def _timed_run(scene: Scene, steps: int, every: int) -> Timed:
+    """Run a scene along its planned profile, and measure the CPU time; see ``trials.Run``."""
     drive = Drive(scene.planned)
     begin = time.thread_time()
     taken = drive.advance(steps, every)

@@ -117,6 +117,7 @@ class Tried:
     scene: Scene
     stepper: Stepper
     rung: int
+    """Divisor of the longest step that gives the run's step."""
     kept: int
     """Samples per longest step; a divisor of the rung."""
     samples: Samples
@@ -238,6 +239,7 @@ class Trials:
                 return
 
     def _go(self, scene: Scene, steps: int, every: int) -> Timed:
+        """Run a scene, report it before, and account for its CPU time afterwards."""
         name = scene.solver.stepper
         if self._tell is not None:
             first = "" if name in self._per_step else ", compiled first if necessary"
@@ -249,6 +251,7 @@ class Trials:
         return timed
 
     def _afford(self, stepper: Stepper, rung: int) -> None:
+        """Refuse a run that is expected to exceed the budget of CPU time."""
         if self._spent + self.expected(stepper, rung, stepper) > MOST_SECONDS:
             raise TooExpensiveError(
                 f"accuracy: the search for a solver would take more than {MOST_SECONDS:g} s of CPU "

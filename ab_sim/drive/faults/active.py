@@ -115,6 +115,11 @@ def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveF
     was stuck or lost becomes free at its last position and at the race's speed. A disc that has
     slipped returns to its place.
 
+    Args:
+        drive: drive whose motion continues.
+        other: drive with the new faults, which gets the state.
+        before: faults in force in ``drive``.
+
     Returns:
         The faults of the other drive.
     """

@@ -30,7 +30,9 @@ class Fault(NamedTuple):
     """One fault; see ``KINDS``."""
 
     component: str
+    """Component with the fault, e.g. ``mount_0``."""
     verb: str
+    """Kind of the fault, a key of ``KINDS``."""
     size: float | None
     """Size of the fault; None if its kind has none."""
 
@@ -51,6 +53,7 @@ class FaultKind(NamedTuple):
     size: str = ""
     """Meaning and unit of the size; empty: no size."""
     allowed: Callable[[float], bool] = math.isfinite
+    """Function that returns whether a size is allowed."""
     words: str = ""
     """Allowed sizes in words, for messages."""
     usual: float | None = None
@@ -278,7 +281,13 @@ class SensedFaults:
         return steps, self.altered(name, readings.T, steps).T
 
     def altered(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        """Return altered readings of one sensor, shape (axes,) or (axes, samples)."""
+        """Return the readings of one sensor with the effect of its faults, same shape.
+
+        Args:
+            name: name of the sensor.
+            true: readings without faults [SI], shape (axes,) or (axes, samples).
+            steps: steps of the samples, shape (samples,).
+        """
         readings, sensor = true, self._scene.pickups.get(name)
         for fault in self._faults:
             if fault.component != name or fault.size is None:

@@ -67,7 +67,7 @@ class StoredRecord(NamedTuple):
     pointer: str
     at: int
     """Offset of the first leaf from the pointer, in leaves."""
-    fixed: bool
+    immutable: bool
     """True if the record does not change while the function runs."""
 
 
@@ -170,12 +170,12 @@ class BlockWriter:
         """Return a copy of a value that later writes to the stack do not change."""
         if isinstance(value, Fields):
             return Fields(value.kind, tuple(self.loaded(field) for field in value.values))
-        if isinstance(value, StoredRecord) and not value.fixed:
+        if isinstance(value, StoredRecord) and not value.immutable:
             return self.made(value.kind, iter(self.flat(value)))
         return value
 
     def made(self, kind: Kind, flat: Iterator[str]) -> Value:
-        """Return a value assembled from its leaves."""
+        """Return a value of a kind, assembled from LLVM's names of its leaves."""
         if isinstance(kind, Scalar):
             return Number(kind, next(flat))
         if isinstance(kind, Array):
@@ -190,11 +190,11 @@ class BlockWriter:
             to = self.step(pointer, k)
             self.lines.append(f"store {leaf} {one}, ptr {to}, align 8{FIELD}")
 
-    def load(self, kind: Kind, pointer: str, at: int = 0, fixed: bool = True) -> Value:
+    def load(self, kind: Kind, pointer: str, at: int = 0, immutable: bool = True) -> Value:
         """Return a value in memory; a record's fields are loaded when they are used."""
         if isinstance(kind, RecordKind):
-            return StoredRecord(kind, pointer, at, fixed)
-        one = StoredRecord(RecordKind(None, ("0",), (kind,)), pointer, at, fixed)
+            return StoredRecord(kind, pointer, at, immutable)
+        one = StoredRecord(RecordKind(None, ("0",), (kind,)), pointer, at, immutable)
         return self.made(kind, iter(self.flat(one)))
 
     def field(self, value: Fields | StoredRecord, k: int) -> Value:
@@ -202,7 +202,7 @@ class BlockWriter:
         if isinstance(value, Fields):
             return value.values[k]
         at = value.at + sum(len(leaves(kind)) for kind in value.kind.kinds[:k])
-        return self.load(value.kind.kinds[k], value.pointer, at, value.fixed)
+        return self.load(value.kind.kinds[k], value.pointer, at, value.immutable)
 
     def pointer_to(self, value: Value) -> str:
         """Return a pointer to a record, which is stored on the stack first if necessary."""
@@ -314,6 +314,7 @@ class Operations(BlockWriter):
         return Number(a.kind, self.put(f"{name} {a.kind.llvm} {a.code}, {b.code}"))
 
     def _floor_division(self, rest: bool, a: Number, b: Number) -> Number:
+        """Return a // b of ints, or with ``rest`` a % b, rounded as in Python."""
         # LLVM rounds quotients towards zero, Python towards minus infinity. They differ if the
         # remainder is not zero and its sign is not the divisor's.
         remainder = self.put(f"srem i64 {a.code}, {b.code}")

@@ -33,8 +33,8 @@ from ab_sim.engine.compiling.source import (
 
 _FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
 _RETURNED: dict[Scalar, Any] = {FLOAT: ctypes.c_double, INT: ctypes.c_int64, BOOL: ctypes.c_bool}
-NOTHING_KNOWN: Mapping[str, bool] = {}
-"""Default of ``Compiled``: no field's value is known."""
+NO_FLAGS: Mapping[str, bool] = {}
+"""Default of ``Compiled``: no flag's value is known."""
 _Put = Callable[[Any], tuple[Any, ...]]
 
 
@@ -43,19 +43,19 @@ class Compiled:
 
     Args:
         function: function of the subset, with at least one argument.
-        fixed: values of fields of records in the arguments that are the same in every call, by
-            name.
+        flags: values of bool fields of records in the arguments, by name, which are the same in
+            every call. Code that they make unreachable is left out.
         library: store of compiled functions to use and to add to; None for a new one.
     """
 
     def __init__(
         self,
         function: FunctionType,
-        fixed: Mapping[str, bool] = NOTHING_KNOWN,
+        flags: Mapping[str, bool] = NO_FLAGS,
         library: Library | None = None,
     ) -> None:
         functools.update_wrapper(self, function)
-        self._function, self._known, self._library = function, fixed, library or Library()
+        self._function, self._flags, self._library = function, flags, library or Library()
         self._lock = threading.Lock()
         self._made: _Entry | None = None
 
@@ -74,7 +74,7 @@ class Compiled:
     def _entry(self) -> "_Entry":
         if self._made is None:
             with self._lock:
-                self._made = self._made or _Entry(self._function, self._known, self._library)
+                self._made = self._made or _Entry(self._function, self._flags, self._library)
         return self._made
 
 
@@ -82,21 +82,21 @@ _compiled: dict[tuple[FunctionType, frozenset[tuple[str, bool]]], Compiled] = {}
 _library = Library()
 
 
-def compiled(function: Callable[..., Any], fixed: Mapping[str, bool] = NOTHING_KNOWN) -> Compiled:
+def compiled(function: Callable[..., Any], flags: Mapping[str, bool] = NO_FLAGS) -> Compiled:
     """Return a function of the subset as machine code, always the same object for one function.
 
     Args:
         function: function of the subset.
-        fixed: values of fields that are the same in every call, as for ``Compiled``.
+        flags: values of bool fields that are the same in every call, as for ``Compiled``.
 
     Raises:
         TypeError: the function was not written with ``def``.
     """
     if not isinstance(function, FunctionType):
         raise TypeError(f"compiled({function!r}): must be a function written with def")
-    which = function, frozenset(fixed.items())
+    which = function, frozenset(flags.items())
     if which not in _compiled:
-        _compiled.setdefault(which, Compiled(function, fixed, _library))
+        _compiled.setdefault(which, Compiled(function, flags, _library))
     return _compiled[which]
 
 
@@ -168,8 +168,8 @@ class BoundFunction:
 class _Entry:
     """Machine code of a function, and the packing of its arguments."""
 
-    def __init__(self, function: FunctionType, fixed: Mapping[str, bool], library: Library) -> None:
-        address, (_, arguments, kinds, of_result) = library.made(function, fixed)
+    def __init__(self, function: FunctionType, flags: Mapping[str, bool], library: Library) -> None:
+        address, (_, arguments, kinds, of_result) = library.made(function, flags)
         if of_result and "ptr" in leaves(of_result):
             source = FunctionSource(function)
             what, instead = "an array as a result", "write into one that is an argument"
@@ -233,6 +233,7 @@ class _Entry:
 
 
 def _struct(kinds: Sequence[str]) -> struct.Struct:
+    """Return the packing of leaves with these LLVM types, eight bytes each."""
     return struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
 
 
@@ -280,6 +281,7 @@ def _packer(kind: Kind, path: str) -> _Put:
 
 
 def _record_packer(kind: RecordKind, path: str) -> _Put:
+    """Return ``_packer`` for a record or a tuple."""
     cls: Any = kind.cls or tuple
     named = zip(kind.names, kind.kinds, strict=True)
     fields = [_packer(field, f"{path}.{name}") for name, field in named]
@@ -293,6 +295,7 @@ def _record_packer(kind: RecordKind, path: str) -> _Put:
 
 
 def _array_packer(kind: Array, path: str) -> _Put:
+    """Return ``_packer`` for an array: its leaves are its address and its lengths."""
     dtype = np.dtype(np.float64 if kind.element is float else np.int64)
     rank, nothing, address = kind.rank, (ctypes.c_char * 0).from_buffer, ctypes.addressof
 

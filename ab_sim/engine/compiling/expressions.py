@@ -43,8 +43,8 @@ MISSING = object()
 class Callees(Protocol):
     """Provider of functions that other functions call."""
 
-    known: Mapping[str, bool]
-    """Values of records' fields that are known at compile time, by name."""
+    flags: Mapping[str, bool]
+    """Values of records' bool fields that are known at compile time, by name."""
 
     def signature(self, function: FunctionType) -> Signature:
         """Return the signature of a function, which is translated later if necessary."""
@@ -150,6 +150,7 @@ class Expressions(Operations):
     # Names, constants, parts
 
     def _constant(self, node: ast.AST, constant_: Any) -> Value:
+        """Return a constant or a global value as a number; raise an error if it is not one."""
         if isinstance(constant_, bool | int | float):
             if isinstance(constant_, int) and not -(2**63) <= constant_ < 2**63:
                 self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
@@ -172,7 +173,7 @@ class Expressions(Operations):
         kind, slot = self.slots[node.id]
         if isinstance(kind, Scalar):
             return Number(kind, self.put(f"load {kind.llvm}, ptr {slot}"))
-        return self.load(kind, slot, fixed=False)
+        return self.load(kind, slot, immutable=False)
 
     def _Tuple(self, node: ast.Tuple) -> Value:
         values = tuple(self.value(x) for x in node.elts)
@@ -185,8 +186,8 @@ class Expressions(Operations):
                 field_names = ", ".join(owner.kind.names)
                 self.fail(node, f"{owner.kind} has no {name}", f"its fields are {field_names}")
             self.reads.add(name)
-            if name in self._callees.known:
-                return constant(self._callees.known[name])
+            if name in self._callees.flags:
+                return constant(self._callees.flags[name])
             return self.field(owner, owner.kind.names.index(name))
         if isinstance(owner, ArrayView) and name == "shape":
             lengths = tuple(Number(INT, length) for length in owner.shape)
@@ -234,6 +235,7 @@ class Expressions(Operations):
         return ArrayView(Array(len(rest), owner.kind.element), pointer, rest) if rest else pointer
 
     def _whole(self, node: ast.AST) -> str:
+        """Return LLVM's name of an index; raise an error for a float or a negative constant."""
         index = self.number(node)
         if index.kind == FLOAT:
             self.fail(node, f"index {ast.unparse(node)} is a float", "write int(...)")

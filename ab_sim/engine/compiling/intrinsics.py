@@ -17,12 +17,15 @@ Intrinsic = Callable[[Expressions, ast.Call, Values], Value | None]
 
 
 def _numbers(e: Expressions, node: ast.Call, values: Values, least: int, most: int) -> list[Number]:
+    """Return the arguments of a call as numbers; raise an error unless least to most are passed."""
     if not least <= len(values) <= most:
         e.fail(node, f"{len(values)} arguments of {ast.unparse(node.func)}", f"pass {least}")
     return [e.as_number(x, value) for x, value in zip(node.args, values, strict=True)]
 
 
 def _of_floats(name: str, count: int) -> Intrinsic:
+    """Return an intrinsic that calls LLVM's function of this name on ``count`` floats."""
+
     def made(e: Expressions, node: ast.Call, values: Values) -> Value:
         codes = [e.converted(x, FLOAT).code for x in _numbers(e, node, values, count, count)]
         return Number(FLOAT, e.llvm(f"{name}.f64", "double", *codes))

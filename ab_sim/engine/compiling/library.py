@@ -19,11 +19,11 @@ from ab_sim.tracing.machine_code import CONTROL, MachineCode
 
 
 class Kept(NamedTuple):
-    """Compiled function, and the values for which it was compiled."""
+    """Compiled function, and the flags for which it was compiled."""
 
     translated: Translated
-    known: dict[str, bool | None]
-    """Fields on which the code depends, with their known values; None if not known."""
+    flags: dict[str, bool | None]
+    """Flags on which the code depends, with their known values; None if not known."""
 
 
 class Library:
@@ -40,10 +40,10 @@ class Library:
         self._addresses: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def found(self, function: FunctionType, fixed: Mapping[str, bool]) -> Kept | None:
-        """Return a function that was compiled with these known values, or None."""
+    def find(self, function: FunctionType, flags: Mapping[str, bool]) -> Kept | None:
+        """Return a function that was compiled for these flags, or None."""
         for compiled in self._kept.get(function, ()):
-            if all(fixed.get(name) == value for name, value in compiled.known.items()):
+            if all(flags.get(name) == value for name, value in compiled.flags.items()):
                 return compiled
         return None
 
@@ -52,16 +52,20 @@ class Library:
         """Number of compiled functions."""
         return sum(map(len, self._kept.values()))
 
-    def made(self, function: FunctionType, fixed: Mapping[str, bool]) -> tuple[int, Signature]:
-        """Compile a function; return its entry's address (see ``Module``) and its signature."""
+    def made(self, function: FunctionType, flags: Mapping[str, bool]) -> tuple[int, Signature]:
+        """Compile a function for these flags.
+
+        Returns:
+            Address of its entry, see ``Module``, and its signature.
+        """
         with self._lock:
-            module = Module(function, fixed, self)
+            module = Module(function, flags, self)
             code = MachineCode(
                 module.text(), self._features, optimization=CONTROL, elsewhere=self._addresses
             )
             self._codes.append(code)
             for function_, translated in module.new.items():
-                fields = {name: fixed.get(name) for name in module.reads(function_)}
+                fields = {name: flags.get(name) for name in module.reads(function_)}
                 if not translated.is_short:
                     symbol, translated = translated.signature.symbol, translated._replace(body="")
                     self._addresses[symbol] = code.address(symbol)
@@ -76,15 +80,15 @@ class Module:
         function: function that is called from outside as ``entry(first, others)``, with pointers
             to the leaves of its first argument and to those of the others, eight bytes each. The
             entry returns a number; the leaves of a record are written after the others.
-        fixed: values of records' fields that are known at compile time, by name. Branches that are
-            unreachable with these values are left out, and functions that only they call.
+        flags: values of records' bool fields that are known at compile time, by name. Branches that
+            are unreachable with these values are left out, and functions that only they call.
         library: store of compiled functions.
     """
 
     def __init__(
-        self, function: FunctionType, fixed: Mapping[str, bool], library: Library | None = None
+        self, function: FunctionType, flags: Mapping[str, bool], library: Library | None = None
     ) -> None:
-        self.known, self._library = fixed, library or Library()
+        self.flags, self._library = flags, library or Library()
         self.new: dict[FunctionType, Translated] = {}
         """Functions to be compiled with this module."""
         self._kept: dict[FunctionType, Kept] = {}
@@ -100,7 +104,7 @@ class Module:
     def signature(self, function: FunctionType) -> Signature:
         """Return the signature of a function, and queue it for translation unless compiled."""
         if function not in self._signatures:
-            kept = self._library.found(function, self.known)
+            kept = self._library.find(function, self.flags)
             if kept is None:
                 source = FunctionSource(function)
                 symbol = f"{function.__module__}.{function.__qualname__}.{next(self._numbers)}"
@@ -121,7 +125,7 @@ class Module:
         while ahead:
             function_ = ahead.pop()
             if function_ in self._kept:
-                fields |= self._kept[function_].known.keys()
+                fields |= self._kept[function_].flags.keys()
             else:
                 fields |= self.new[function_].reads
                 ahead += self.new[function_].calls - seen
@@ -138,6 +142,7 @@ class Module:
         return "\n".join([*sorted(declared), *parts, self._entry(), METADATA])
 
     def _entry(self) -> str:
+        """Return the function ``entry``, which unpacks its arguments and calls the root."""
         body, at, arguments = BlockWriter(), 0, []
         symbol, _, kinds, result = self._root
         for k, kind in enumerate(kinds):

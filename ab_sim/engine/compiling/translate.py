@@ -111,6 +111,7 @@ class FunctionTranslator(Conditions):
         return Translated(signature, head, body, is_short, self.declared, self.calls, self.reads)
 
     def _run(self, statements: Sequence[ast.stmt]) -> None:
+        """Translate statements; those after the first that leaves the block are unreachable."""
         for statement in statements:
             if not self.open:
                 return
@@ -143,8 +144,13 @@ class FunctionTranslator(Conditions):
             self.fail(target, f"assignment to {ast.unparse(target)}", instead)
 
     def _assign_name(self, node: ast.AST, name: str, value: Value) -> None:
-        fixed = value.fixed if isinstance(value, StoredRecord) else is_known(value)
-        if fixed and self._stored[name] == 1 and not self._unrolling and name not in self.slots:
+        needs_no_memory = value.immutable if isinstance(value, StoredRecord) else is_known(value)
+        if (
+            needs_no_memory
+            and self._stored[name] == 1
+            and not self._unrolling
+            and name not in self.slots
+        ):
             # The only assignment of a constant, or of a record that never changes: the name
             # needs no memory.
             self.bound[name] = value
@@ -157,6 +163,7 @@ class FunctionTranslator(Conditions):
             self.store(value, slot)
 
     def _slot(self, name: str, kind: Kind) -> tuple[Kind, str]:
+        """Return kind and stack slot of a local variable, allocated at its first assignment."""
         if name not in self.slots:
             slot = f'%"{name}.slot"'
             of = kind.llvm if isinstance(kind, Scalar) else f"[{len(leaves(kind))} x i64]"
@@ -165,6 +172,7 @@ class FunctionTranslator(Conditions):
         return self.slots[name]
 
     def _target(self, node: ast.Subscript) -> tuple[str, Scalar]:
+        """Return pointer and kind of the number of an array to which a statement assigns."""
         owner = self.value(node.value)
         place = self.place(node, owner) if isinstance(owner, ArrayView) else owner
         if not isinstance(owner, ArrayView) or not isinstance(place, str):
@@ -172,6 +180,7 @@ class FunctionTranslator(Conditions):
         return place, element_of(owner.kind)
 
     def _put(self, node: ast.AST, target: tuple[str, Scalar], value: Value) -> None:
+        """Append a store of a value to a ``_target``."""
         pointer, kind = target
         value = self.fitted(node, value, kind, "the array's element")
         (code,) = self.flat(value)
@@ -245,7 +254,7 @@ class FunctionTranslator(Conditions):
             self._unrolling += 1
             name = node.target.id if isinstance(node.target, ast.Name) else ""
             stays = bool(name) and name not in stored(node.body)
-            in_memory = isinstance(item, StoredRecord) and item.fixed
+            in_memory = isinstance(item, StoredRecord) and item.immutable
             if not (stays and in_memory):
                 self._assign(node.target, item)
             if stays and (in_memory or is_known(item)):
@@ -292,6 +301,14 @@ class FunctionTranslator(Conditions):
         self.start(done)
 
     def _loop(self, body: list[ast.stmt], begin: str, again: str, done: str) -> None:
+        """Translate a loop's body from the block ``begin`` on.
+
+        Args:
+            body: statements of the loop.
+            begin: label of the body's first block.
+            again: label to which ``continue`` jumps.
+            done: label to which ``break`` jumps.
+        """
         self._ways.append((again, done))
         self.loops += 1
         self.start(begin)

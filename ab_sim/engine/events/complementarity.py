@@ -203,6 +203,8 @@ def choose_branches(run: Run, x: Floats) -> bool:
 def choose_motor_branch(run: Run) -> bool:
     """Choose whether the motor is at its limit, and return whether that has changed."""
     balls, value, rounding = run.balls, run.work.value, run.work.rounding
+    # Slot 0 is crossed at the lower limit, or, at a limit, when the commanded torque returns below
+    # it; slot 1 is crossed at the upper limit.
     slot, before = MOTOR * balls.number, balls.discrete[balls.number, DIRECTION]
     motor_functions(balls, value, rounding)
     after = before

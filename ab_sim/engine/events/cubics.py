@@ -37,9 +37,15 @@ def crossing(
     If the function falls at both ends, its inverse is interpolated by a cubic, which gives the
     root directly. Otherwise the function itself is interpolated, and Newton's method with bisection
     finds the root of the cubic. If a rate is NEVER (unknown), the interpolation is linear.
+
+    Args:
+        low, high: the two ends [s].
+        at_low, at_high: values there, positive and negative.
+        rate_low, rate_high: time derivatives there.
     """
     length, span = high - low, at_high - at_low
     part = -at_low / span
+    # Linear interpolation gives ``part``, a fraction of the bracket; all else corrects it.
     if rate_low >= NEVER or rate_high >= NEVER:
         return low + part * length
     if rate_low < 0.0 and rate_high < 0.0:

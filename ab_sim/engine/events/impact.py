@@ -187,6 +187,8 @@ def jump(run: Run) -> None:
     """Add the jumps of velocity to the state; PATH_FORCE holds those of the balls' path speeds."""
     balls, state, x = run.balls, run.state, run.balls.x
     table, spindle = balls.table, balls.accelerations - 1
+    # The residual of the spindle's equation is the impulse of the motor. The energy lost is that of
+    # the module's docstring, with the mean of the speeds before and after the impact.
     turned = lost = 0.0
     for r in range(balls.accelerations):
         turned += balls.block[r, spindle] * x[r]

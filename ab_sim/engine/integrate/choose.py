@@ -153,6 +153,7 @@ def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepp
 
 
 def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:
+    """Return a stepper with as few parts of the step [s] as are stable at these rates [1/s]."""
     longest, what = largest_step(stepper, step_limiting_rates(stepper, rates))
     # A stable step suffices for a motion that decays, but an oscillation must be resolved.
     if step > longest and rates[what].imag:
@@ -161,6 +162,7 @@ def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]
 
 
 def _effort(stepper: Stepper) -> int:
+    """Return the number of evaluations of the right-hand side per step."""
     return stepper.parts * stepper.evaluations
 
 
@@ -232,9 +234,9 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
         if automatic is None:
             raise
         raise SceneError(f"{error}; or leave solver.stepper to auto") from None
-    beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
-    fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
-    # Without any motion of its own and with the spindle at rest, the system has no period.
+    other_rates = (rate for what, rate in rates.items() if what != DRAG)
+    fastest_rate = max(map(abs, other_rates), default=0.0)
+    # A system without a spring and with the spindle at rest has no period.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
     return Choice(stepper, reason, longest, what, cycle)
 

@@ -224,13 +224,18 @@ class Flow:
 
 
 class _Steps(NamedTuple):
+    """Equations and method of the steps."""
+
     field: Field
     a: Table
     b: Floats
     c: Floats
+    """Butcher tableau of the method, as in ``Tableau``."""
 
 
 class _Room(NamedTuple):
+    """Work arrays of the steps."""
+
     at: Table
     """States of the stages, shape (stages, states)."""
     slopes: Table

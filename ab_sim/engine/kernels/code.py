@@ -163,12 +163,13 @@ def tangent_address(code: Code) -> int:
     """
 
     def text() -> str:
-        return module_text([_function(code)])
+        return module_text([_tangent_function(code)])
 
     return code.made("tangent", "tangent", text)
 
 
-def _function(code: Code) -> Function:
+def _tangent_function(code: Code) -> Function:
+    """Emit the function ``tangent``; see ``tangent_address``."""
     emission, model = code.emission, code.model
     along, places = _directions(code)
     at = model.motion()

@@ -50,7 +50,7 @@ class Emission:
             roots["table"] = model.table(at, evaluated)
             roots["block"] = model.block(evaluated.arrow)
         self.roots = self.lowered(roots)
-        self.known: dict[int, MemorySlot] = {}
+        self.derived_slots: dict[int, MemorySlot] = {}
         self.size = layout.size
         """Number of constants, including derived ones."""
         self.derived: list[Expression] = []
@@ -58,7 +58,7 @@ class Emission:
         # Subexpressions that depend on parameters only are moved out of the functions: ``prepare``
         # computes them once, and the functions load them.
         for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
-            self.known[x.number] = MemorySlot(CONSTANTS, self.size)
+            self.derived_slots[x.number] = MemorySlot(CONSTANTS, self.size)
             self.derived.append(x)
             self.size += n if x.each else 1
         if model.has_events:
@@ -111,7 +111,7 @@ class Emission:
         into = Function("prepare", [CONSTANTS], Shape(self.model.count, lanes))
         body = Body(into, self.places)
         for x in self.derived:
-            body.store(x, self.known[x.number])
+            body.store(x, self.derived_slots[x.number])
         return into
 
     def function(
@@ -147,7 +147,7 @@ class Emission:
         else:
             bound = {number: [f"%{number}"] for number in numbers}
         into = Function(name, [*first, *pointers], shape, numbers, uniform)
-        return into, Body(into, places, self.known, bound)
+        return into, Body(into, places, self.derived_slots, bound)
 
     def store_slope(self, body: Body, roots: Sequence[Expression], pointer: str) -> None:
         """Emit stores of the rates of change of all states."""
@@ -249,7 +249,7 @@ class Emission:
         }
         before = {j: model.graph.input(f"before[{j}]") for j in range(model.states)}
         places |= {f"before[{j}]": MemorySlot("v", j) for j in before}
-        emitted = Body(into, places, self.known)
+        emitted = Body(into, places, self.derived_slots)
         added = model.jump(model.motion())
         sums = lowered([before[j] + x for j, x in enumerate(added)])
         # Compute all sums before the first store: v may be the memory of y.

@@ -38,27 +38,34 @@ class TracedState(NamedTuple):
     """State at a time, as expressions."""
 
     time: Number
+    """Time since the beginning of the segment of the schedule [s]."""
     deck: Sequence[Number]
     """States of the deck."""
     theta: Number
+    """Angle of each ball [rad]."""
     rate: Number
-    """Rate of each ball's angle."""
+    """Rate of each ball's angle [rad/s]."""
     spindle: MotorState | None
     """Spindle's state with a motor, else None."""
 
 
 class Evaluated(NamedTuple):
-    """Results of the equations for a state."""
+    """Equations of motion at a state, with their solution, as expressions."""
 
     spindle: SpindleMotion
     torques: Torques | None
+    """Torques of a motor, else None."""
     on: OnRace
     arrow: Arrow
+    """Equations of motion, with the balls' positions ``on`` the race."""
     solved: Solved
+    """Accelerations that satisfy them."""
 
 
 class Model:
-    """Kind of scene: deck model, effects, number of balls, class of the profile's segments.
+    """Equations of a kind of scene as expressions, with the scene's numbers as inputs.
+
+    A kind has one deck model, the same effects, one number of balls, and one class of segments.
 
     Args:
         system: any system of this kind.

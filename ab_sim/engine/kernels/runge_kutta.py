@@ -232,6 +232,7 @@ class _Step:
         return "\n".join([*declared, self._slope.text(), self.into.text()]) + "\n"
 
     def _wide(self, factor: str, width: int) -> str:
+        """Return a factor as a vector of ``width`` equal numbers."""
         if width == self._lanes:
             return factor
         if factor.startswith("0x"):  # a constant
@@ -267,6 +268,11 @@ class _Slope(Function):
 def _slope_function(
     emission: Emission, lanes: int, roots: Sequence[Expression], ahead: bool
 ) -> _Slope:
+    """Emit the function from a state to its slope; the arguments are those of ``_Step``.
+
+    Numbers of the balls stay in vectors of GROUP balls. The deck's are taken out of their vectors,
+    because its formulas treat each of them differently.
+    """
     times = ["time", "ahead"] if ahead else ["time"]
     into, model = _Slope(emission, lanes, times), emission.model
     deck_states, n = model.states, model.count
@@ -283,7 +289,7 @@ def _slope_function(
                 if piece.width > 1:
                     value = into.put(f"extractelement {into.kinds[at]} {value}, i32 {k}")
                 bound[names[piece.first + k]] = [value]
-    body = Body(into, emission.places, emission.known, bound)
+    body = Body(into, emission.places, emission.derived_slots, bound)
     deck, balls, rest = (
         roots[:deck_states],
         roots[deck_states : deck_states + 2],

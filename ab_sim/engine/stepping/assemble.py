@@ -86,10 +86,10 @@ def run_with(
     )
 
 
-def known_of(run: Run) -> dict[str, bool]:
-    """Return the flags that let the compiler omit parts of the driver.
+def flags_of(run: Run) -> dict[str, bool]:
+    """Return the run's flags, with which the compiler can leave out parts of the driver.
 
-    Code for events takes long to compile, so a scene without them gets a driver without it.
+    Code for events takes long to compile, so a scene without events gets a driver without it.
     """
     return {
         "has_events": run.has_events,

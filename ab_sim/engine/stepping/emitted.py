@@ -23,16 +23,16 @@ from ab_sim.tracing import Expression, Graph, Level, sqrt, total, where
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 
 SOUND, MOVED = 0, 1
-"""Lines of ``said``. SOUND: 1 while a run is within its bounds, else 0. MOVED: 1 if removing turns
-or normalising a quaternion has changed its state, else 0."""
+"""Lines of ``status``. SOUND: 1 while a run is within its bounds, else 0. MOVED: 1 if the removal
+of turns or the normalisation of a quaternion has changed its state, else 0."""
 
 
 def settle_address(code: Code, layout: StateLayout, quaternion: int, lanes: int) -> int:
-    """Return the address of ``settle(t, y, trial, bounds, turns, said)``, in lanes.
+    """Return the address of ``settle(t, y, trial, bounds, turns, status)``, in lanes.
 
     The function does for each lane what ``fixed_step.unwind`` and ``location.within_bounds`` do for
     one run. The length of each run's step follows t; a run with length 0 keeps its state. ``turns``
-    has a line for each ball, and one for the spindle if a motor drives it; ``said`` has the lines
+    has a line for each ball, and one for the spindle if a motor drives it; ``status`` has the lines
     above.
 
     Args:
@@ -45,10 +45,11 @@ def settle_address(code: Code, layout: StateLayout, quaternion: int, lanes: int)
 
 
 def _settle_text(layout: StateLayout, quaternion: int, lanes: int) -> str:
+    """Return the LLVM IR of ``settle``; the arguments are those of ``settle_address``."""
     graph, size = Graph(), layout.size
-    pointers = ["t", "y", "trial", "bounds", "turns", "said"]
+    pointers = ["t", "y", "trial", "bounds", "turns", "status"]
     into = Function("settle", pointers, Shape(0, lanes))
-    names = {"length": MemorySlot("t", 0), "sound": MemorySlot("said", SOUND)}
+    names = {"length": MemorySlot("t", 0), "sound": MemorySlot("status", SOUND)}
     angles = [*range(size)[layout.angles], *range(size)[layout.spindle][:1]]
     for pointer in ("y", "trial", "bounds"):
         names |= {f"{pointer}[{j}]": MemorySlot(pointer, j) for j in range(size)}
@@ -75,7 +76,7 @@ def _settle_text(layout: StateLayout, quaternion: int, lanes: int) -> str:
     results = [*after, *turns, where(taken, sound, input_("sound")), moved]
     places = [MemorySlot("y", j) for j in range(size)]
     places += [MemorySlot("turns", k) for k in range(len(angles))]
-    places += [MemorySlot("said", SOUND), MemorySlot("said", MOVED)]
+    places += [MemorySlot("status", SOUND), MemorySlot("status", MOVED)]
     for result in results:
         body.values(result)
     for result, place in zip(results, places, strict=True):
@@ -109,11 +110,11 @@ NUMBERS_PER_BALL, NUMBERS_OF_MOTOR = 8, 4
 
 
 def event_test_address(code: Code, lanes: int) -> int:
-    """Return the address of ``event_test(c, b, t, y, k, seen, found)``, in lanes.
+    """Return the address of ``event_test(c, b, t, y, k, seen, suspected)``, in lanes.
 
     The state y is that of a step's end. The length of each run's step and the time at its end
-    follow t. The function fills in the slope k, and ``found`` with a number for each run, 0.0 if
-    the step cannot contain an event. ``seen`` must hold the values from the step's start and is
+    follow t. The function fills in the slope k, and ``suspected`` with a number for each run, 0.0
+    if the step cannot contain an event. ``seen`` must hold the values from the step's start and is
     overwritten: see ``size_of_seen``.
 
     Args:
@@ -143,11 +144,11 @@ def _event_test_text(emission: Emission, lanes: int) -> str:
     are compared with those of the step's start in ``seen``, which they then replace.
     """
     into, body = emission.function(
-        "event_test", ["y", "k", "seen", "found"], ["length", "time"], state="y", lanes=lanes
+        "event_test", ["y", "k", "seen", "suspected"], ["length", "time"], state="y", lanes=lanes
     )
     emission.store_slope(body, emission.roots["slope"], "k")
     forces, sliding = _forces(emission), _sliding(emission)
-    near = Body(into, emission.places, emission.known, _shortly_after(emission, body))
+    near = Body(into, emission.places, emission.derived_slots, _shortly_after(emission, body))
     taken = emission.model.graph.input("length", Level.TIME)
     judged, inputs = Graph(), {"length": body.values(taken)}
     places: dict[str, MemorySlot] = {}
@@ -194,7 +195,7 @@ def _event_test_text(emission: Emission, lanes: int) -> str:
         judge.values(x)
     for now, place in kept:
         judge.store(now, place)
-    judge.store(summed, MemorySlot("found", 0))
+    judge.store(summed, MemorySlot("suspected", 0))
     return module_text([into])
 
 
@@ -255,10 +256,12 @@ def _sliding(emission: Emission) -> tuple[Expression, Expression] | None:
 
 
 def _sign(emission: Emission) -> Expression:
+    """Return the direction in which each ball slides; 0 if it sticks or is not loaded."""
     return emission.model.graph.input("sign", Level.TIME, per_ball=True)
 
 
 def _sticks(emission: Emission) -> Expression:
+    """Return whether each ball sticks; its mobility is then 0."""
     return emission.model.graph.input("mobility_now", Level.TIME, per_ball=True) <= 0.0
 
 
@@ -268,6 +271,11 @@ def _doubt_of_force(
     """Return 1.0 where a force may become negative within a step, else 0.0.
 
     The bound follows from values and changes at both ends of the step.
+
+    Args:
+        g0, g1: values at the start and at the end [N or N m].
+        r0, r1: rates there times the length of the step.
+        size: magnitude of the terms of the force, to which its rounding error is relative.
     """
     sure = SURE * size
     varies = abs(r0) + abs(r1)
@@ -281,7 +289,10 @@ def _doubt_of_force(
 
 
 def _doubt_of_speed(g0: Expression, r0: Expression, g1: Expression, r1: Expression) -> Expression:
-    """Return 1.0 where a speed may become negative within a step, else 0.0."""
+    """Return 1.0 where a speed may become negative within a step, else 0.0.
+
+    The arguments are those of ``_doubt_of_force``; a speed's rate is exact.
+    """
     sure = SURE * (abs(r0) + abs(r1) + _least(abs(g0), abs(g1)))
     low = where(_hull(g0, r0, g1, r1) > sure, 0.0, 1.0)
     dips = where(r0 < 0.0, where(r1 > 0.0, low, 0.0), 0.0)

@@ -59,7 +59,7 @@ class LanesOverEvents(NamedTuple):
     """``BallEvents.motor`` of all runs, shape (3, 8)."""
     table: Cube
     """``BallEvents.table`` of all runs, shape (12 + 2 K, n, 8)."""
-    found: Floats
+    suspected: Floats
     """Nonzero for a run that may have an event in its step, shape (8,)."""
     took_alone: Floats
     """Nonzero for a run that took its step alone, shape (8,): 1, or 2 if its branches must be
@@ -85,13 +85,13 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             # All runs try the step as if there were no event. Only those in which an event is
             # possible repeat it alone, so that the common case stays vectorised.
             mark_possible_events(all_runs)
-            if is_any(all_runs.found):
+            if is_any(all_runs.suspected):
                 step_alone(all_runs)
             settle(runs)
             # Without contact, ``event_test`` keeps the values at the step's end in ``seen``.
             if all_runs.has_contact:
                 reuse_step_ends(all_runs)
-            if is_any(all_runs.took_alone) or is_any(runs.said[MOVED]):
+            if is_any(all_runs.took_alone) or is_any(runs.status[MOVED]):
                 join(all_runs)
             recorded(runs, plan, samples, s, k)
 
@@ -113,15 +113,15 @@ def mark_possible_events(all_runs: LanesOverEvents) -> None:
     runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
     if not all_runs.has_contact:
-        call(all_runs.event_test, c, b, after, trial, slopes, all_runs.seen, all_runs.found)
+        call(all_runs.event_test, c, b, after, trial, slopes, all_runs.seen, all_runs.suspected)
         return
     x, motor, table = all_runs.x, all_runs.motor, all_runs.table
     call(all_runs.evaluate, c, b, runs.times[END:], trial, slopes, x, motor, table)
     lane = 0
     for run in all_runs.one:
-        all_runs.found[lane] = 0.0
+        all_runs.suspected[lane] = 0.0
         if is_going(runs, lane) and may_have_event_alone(all_runs, run, lane):
-            all_runs.found[lane] = 1.0
+            all_runs.suspected[lane] = 1.0
         lane += 1
 
 
@@ -130,12 +130,12 @@ def update_event_test(all_runs: LanesOverEvents) -> None:
     runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     if not all_runs.has_contact:
         c, b, state, slopes = runs.c, runs.b, runs.state, runs.slopes
-        call(all_runs.event_test, c, b, now, state, slopes, all_runs.seen, all_runs.found)
+        call(all_runs.event_test, c, b, now, state, slopes, all_runs.seen, all_runs.suspected)
 
 
 def is_going(runs: LaneRuns, lane: int) -> bool:
     """Return whether a run takes the current step."""
-    return runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
+    return runs.times[TAKEN, lane] > 0.0 and runs.status[SOUND, lane] != 0.0
 
 
 def may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool:
@@ -155,7 +155,7 @@ def step_alone(all_runs: LanesOverEvents) -> None:
     """Repeat the step with each run that may have an event in it."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        if all_runs.found[lane] != 0.0 and is_going(runs, lane):
+        if all_runs.suspected[lane] != 0.0 and is_going(runs, lane):
             if not all_runs.has_contact:
                 evaluate_at_step_ends(runs, run, lane)
             is_resolved = step_of_one(runs, run, lane)
@@ -194,7 +194,7 @@ def join(all_runs: LanesOverEvents) -> None:
     """
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        doubtful = all_runs.took_alone[lane] == 2.0 or runs.said[MOVED, lane] != 0.0
+        doubtful = all_runs.took_alone[lane] == 2.0 or runs.status[MOVED, lane] != 0.0
         if doubtful and is_going(runs, lane):
             recheck_branches(runs, run, lane)
         all_runs.took_alone[lane] = 0.0

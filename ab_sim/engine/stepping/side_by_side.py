@@ -44,7 +44,7 @@ class LaneRuns(NamedTuple):
     step: int
     """Function step(c, b, t, y, k, trial); t is followed by begin and length."""
     settle: int
-    """Function settle(t, y, trial, bounds, turns, said): see ``settle``; the length follows t."""
+    """Function settle(t, y, trial, bounds, turns, status): see ``settle``; the length follows t."""
     finish: int
     """Function finish(c, b, t, y, k, turns, row), which writes slopes to k and samples to row; t is
     followed by time and profile time."""
@@ -64,7 +64,7 @@ class LaneRuns(NamedTuple):
     """States, shape (states, 8)."""
     turns: Table
     """Turns removed from the angles of balls and of a motor's spindle, shape (n or n + 1, 8)."""
-    said: Table
+    status: Table
     """Flags of each run, shape (2, 8), lines as in ``settle``."""
     sound: Floats
     """Number of steps at whose end each run was within its bounds, shape (8,)."""
@@ -123,7 +123,7 @@ def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -
 
 
 def enter(runs: LaneRuns, plan: LanePlan, s: int) -> None:
-    """Begin a row of a plan."""
+    """Begin row s of a plan: set the segment of each run, and the time at which the row begins."""
     for j in range(plan.places.shape[1]):
         for lane in range(LANES):
             runs.c[runs.place + j, lane] = plan.places[s, j, lane]
@@ -153,7 +153,7 @@ def put_times(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
 def settle(runs: LaneRuns) -> None:
     """Accept the trial states of the runs that take the step."""
     length, state, trial = runs.times[TAKEN:], runs.state, runs.trial
-    call(runs.settle, length, state, trial, runs.bounds, runs.turns, runs.said)
+    call(runs.settle, length, state, trial, runs.bounds, runs.turns, runs.status)
 
 
 def local_time(runs: LaneRuns, plan: LanePlan, s: int, k: int, lane: int) -> float:
@@ -171,7 +171,7 @@ def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: in
     if plan.rows[s, FINISHES] == 0:
         return False
     for lane in range(LANES):
-        runs.sound[lane] += runs.said[SOUND, lane]
+        runs.sound[lane] += runs.status[SOUND, lane]
     steps = plan.rows[s, FIRST] + k + 1
     if steps % runs.every != 0:
         return False

@@ -22,12 +22,12 @@ the clock ``t`` of ``clock``, then
     coefficients(c, b, t, y, series)
         compute the series of the state y at BEGIN, and END
     move(c, b, t, series, reached, y, turns)
-        set y to the state at TO, or to ``reached`` where ANEW is set; remove and count whole turns;
-        set BEGIN to TO
-    mark(c, b, t, said)
+        set y to the state at TO, or to ``reached`` where RESTART is set; remove and count whole
+        turns; set BEGIN to TO
+    mark(c, b, t, status)
         mark the runs with a sample in the current step; set LOCAL to its time and NEXT to that of
         the following one
-    sample(c, b, t, series, turns, bounds, reached, said, row)
+    sample(c, b, t, series, turns, bounds, reached, status, row)
         compute state and row at LOCAL, and check that the state is within ``bounds``
     record(c, b, t, row, samples, nowhere, channel), record_dense(same arguments)
         for lanes: write the rows of runs with a sample due into ``samples``, where ``channel`` is

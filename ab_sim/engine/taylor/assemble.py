@@ -8,15 +8,15 @@ from ab_sim.engine.events.run import Run
 from ab_sim.engine.integrate.steppers.taylor import PARTS, TaylorParameters
 from ab_sim.engine.kernels.code import Code
 from ab_sim.engine.taylor.clock import (
-    AIM,
     CLOCK,
     ENDS_STEPS,
     EVERY,
+    LOG_TOLERANCE,
     LONGEST,
-    SAID,
     SHORTEST,
     SOUND,
     SOUND_STEPS,
+    STATUS_LINES,
     STEP,
 )
 from ab_sim.engine.taylor.driver import STATE, TaylorRun, TaylorRuns
@@ -78,11 +78,11 @@ def lanes_of(
     code_ = taylor_code(code, parameters.order, lanes)
     states, n = layout_of(system).size, len(system.balls)
     clock = aligned((len(CLOCK), lanes))
-    clock[AIM], clock[STEP], clock[EVERY] = math.log2(parameters.tolerance), step, every
+    clock[LOG_TOLERANCE], clock[STEP], clock[EVERY] = math.log2(parameters.tolerance), step, every
     clock[SHORTEST] = parameters.steps * step if parameters.steps else step / PARTS
     clock[LONGEST] = parameters.steps * step if parameters.steps else math.inf
     clock[ENDS_STEPS] = 1.0
-    signals = aligned((SAID, lanes))
+    signals = aligned((STATUS_LINES, lanes))
     signals[SOUND] = 1.0
     width = code.emission.row_channels
     return TaylorRuns(
@@ -102,7 +102,7 @@ def lanes_of(
         series=aligned((code_.size * lanes,)),
         state=aligned((states, lanes)),
         bounds=aligned((states, lanes)),
-        said=signals,
+        status=signals,
         row=aligned((width, lanes)),
         nowhere=aligned((width + 2,)),
         sound=signals[SOUND_STEPS],

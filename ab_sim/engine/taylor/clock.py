@@ -11,9 +11,9 @@ from ab_sim.tracing.expression import across
 from ab_sim.tracing.functions import ROUND
 
 CLOCK = (
-    *("time", "profile_time", "begin", "to", "anew", "end", "until"),
+    *("time", "profile_time", "begin", "to", "restart", "end", "until"),
     *("start", "offset", "length", "first", "count", "taken", "due", "next"),
-    *("aim", "shortest", "longest", "step", "ends_steps"),
+    *("log_tolerance", "shortest", "longest", "step", "ends_steps"),
     *("place", "stride", "every"),
 )
 """Names of the lines of the clock; the constants below are their numbers.
@@ -23,7 +23,7 @@ Local times, since the profile segment began [s]:
 - LOCAL, PROFILE: time of the current sample, and the time at which the profile is evaluated for it.
 - BEGIN, END: beginning and end of the Taylor step.
 - TO: beginning of the next Taylor step.
-- ANEW: 1 if the next step starts from the current sample's state instead of the series, else 0.
+- RESTART: 1 if the next step starts from the current sample's state instead of the series, else 0.
 - UNTIL: end of the profile segment.
 
 Step range:
@@ -37,7 +37,7 @@ Step range:
 
 Run:
 
-- AIM: base-2 logarithm of the tolerance.
+- LOG_TOLERANCE: base-2 logarithm of the tolerance.
 - SHORTEST, LONGEST: shortest step at any error, and longest step [s].
 - STEP: the scene's step [s].
 - ENDS_STEPS: 0 while a part of a step is taken that another part follows, else 1.
@@ -51,17 +51,17 @@ Memory of the samples:
 INPUTS = (*CLOCK[:2], *(f"clock.{name}" for name in CLOCK[2:]))
 """Names of the lines as inputs. The equations use the first two. The others have a prefix, because
 all functions of a kind of scene share one graph, in which e.g. ``until`` is taken."""
-LOCAL, PROFILE, BEGIN, TO, ANEW, END, UNTIL = range(7)
+LOCAL, PROFILE, BEGIN, TO, RESTART, END, UNTIL = range(7)
 START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
-AIM, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
-SOUND, SOUND_STEPS, HOW_MANY_DUE, HOW_MANY_LEFT = range(4)
-SAID = 4
-"""Number of lines of ``said``:
+LOG_TOLERANCE, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
+SOUND, SOUND_STEPS, COUNT_DUE, COUNT_LEFT = range(4)
+STATUS_LINES = 4
+"""Number of lines of ``status``:
 
 - SOUND: 1 if a run was within its bounds at all samples, else 0.
 - SOUND_STEPS: number of steps for which it was.
-- HOW_MANY_DUE: number of runs with a sample due.
-- HOW_MANY_LEFT: number of runs with samples left in their ranges.
+- COUNT_DUE: number of runs with a sample due.
+- COUNT_LEFT: number of runs with samples left in their ranges.
 
 The last two are equal for all runs."""
 
@@ -124,7 +124,7 @@ def due_samples(clock: ClockLines) -> DueSamples:
 def soundness(
     clock: ClockLines, sound: Expression, steps: Expression, inside: Expression
 ) -> dict[int, Expression]:
-    """Return the new lines of ``said`` at a sample; ``inside`` is 1 within the bounds, else 0."""
+    """Return the new lines of ``status`` at a sample; ``inside`` is 1 within the bounds, else 0."""
     still = where(clock[DUE] > 0.5, sound * inside, sound)
     return {SOUND: still, SOUND_STEPS: steps + clock[DUE] * clock[ENDS_STEPS] * still}
 
@@ -139,6 +139,7 @@ def end_of_step(clock: ClockLines, length: Expression) -> Expression:
 def recorded(clock: ClockLines) -> tuple[Expression, Expression, Expression]:
     """Return 1 if the current sample is recorded, else 0; its place in memory; its step count."""
     steps = clock[FIRST] + clock[TAKEN]
+    # Adding and subtracting ROUND rounds to a whole number, in lanes without a function call.
     which = (steps / clock[EVERY] + ROUND) - ROUND
     is_one = clock[DUE] * clock.flag(abs(which * clock[EVERY] - steps) < 0.5)
     return is_one, clock[WHERE] + (which - 1.0) * clock[STRIDE], steps

@@ -27,17 +27,17 @@ from ab_sim.engine.stepping.fixed_step import (
 )
 from ab_sim.engine.stepping.side_by_side import LanePlan, LaneSamples
 from ab_sim.engine.taylor.clock import (
-    ANEW,
     BEGIN,
     COUNT,
+    COUNT_DUE,
+    COUNT_LEFT,
     ENDS_STEPS,
     FIRST,
-    HOW_MANY_DUE,
-    HOW_MANY_LEFT,
     LENGTH,
     LOCAL,
     NEXT,
     OFFSET,
+    RESTART,
     SOUND,
     START,
     STEP,
@@ -87,28 +87,29 @@ class TaylorRuns(NamedTuple):
     """State at the current sample, shape (states, runs)."""
     bounds: Table
     """Magnitudes of the states beyond which a run counts as diverged, shape (states, runs)."""
-    said: Table
-    """Flags and counts of each run, shape (SAID, runs), lines of ``ab_sim.engine.taylor.clock``."""
+    status: Table
+    """Flags and counts of each run, shape (STATUS_LINES, runs), lines as in ``clock``."""
     row: Table
     """Row of the current sample, shape (numbers, runs)."""
     nowhere: Floats
     """Memory for samples that are not recorded, so that recording needs no branch."""
     sound: Floats
-    """Line ``SOUND_STEPS`` of the table ``said``, shape (runs,)."""
+    """Line ``SOUND_STEPS`` of the table ``status``, shape (runs,)."""
 
 
 class TaylorRun(NamedTuple):
     """Single run of a drive."""
 
     run: Run
-    own: TaylorRuns
+    arrays: TaylorRuns
     """Arrays of this run; its state and turns are views of ``run``'s memory."""
 
 
 def renew(runs: TaylorRuns) -> None:
     """Begin each run's next step at TO; a run whose TO equals BEGIN keeps its step.
 
-    The state comes from the series, or from the current sample where ANEW is set.
+    The state comes from the series, or from the current sample where RESTART is set. A run that
+    keeps its step gets the same series again: all lanes compute, as SIMD code has no branches.
     """
     call(runs.move, runs.c, runs.b, runs.clock, runs.series, runs.state, runs.y, runs.turns)
     expand(runs)
@@ -119,7 +120,7 @@ def expand(runs: TaylorRuns) -> None:
     call(runs.coefficients, runs.c, runs.b, runs.clock, runs.y, runs.series)
 
 
-def aim(runs: TaylorRuns, lane: int) -> None:
+def set_first_sample(runs: TaylorRuns, lane: int) -> None:
     """Set the time of the first sample of a run's range, as in ``fixed_step.time_after``.
 
     A run without a step in the range keeps its current sample.
@@ -145,16 +146,16 @@ def next_samples(runs: TaylorRuns, row: Floats) -> bool:
     Returns:
         Whether any run had a sample; if not, all samples of the range have been taken.
     """
-    c, b, clock, signals = runs.c, runs.b, runs.clock, runs.said
+    c, b, clock, signals = runs.c, runs.b, runs.clock, runs.status
     # Samples within the current steps need no new series. Only when no run has one left does each
     # run take its next step.
     while True:
         call(runs.mark, c, b, clock, signals)
-        if signals[HOW_MANY_DUE, 0] > 0.0:
+        if signals[COUNT_DUE, 0] > 0.0:
             series, turns, bounds = runs.series, runs.turns, runs.bounds
             call(runs.sample, c, b, clock, series, turns, bounds, runs.state, signals, row)
             return True
-        if signals[HOW_MANY_LEFT, 0] == 0.0:
+        if signals[COUNT_LEFT, 0] == 0.0:
             return False
         renew(runs)
 
@@ -191,7 +192,7 @@ def advance_by_taylor(
 
 def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> None:
     """Continue the step in memory; without one, begin a step at the present state."""
-    run, lane_runs = one.run, one.own
+    run, lane_runs = one.run, one.arrays
     clock, memory, balls = lane_runs.clock, run.work.memory, run.balls
     clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset
     clock[LENGTH, 0], clock[UNTIL, 0] = step_range.length, until
@@ -201,7 +202,7 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
             lane_runs.state[j, 0] = run.state[j]
         for i in range(balls.number):
             lane_runs.turns[i, 0] = float(balls.discrete[i, TURNS])
-        clock[ANEW, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
+        clock[RESTART, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
         renew(lane_runs)
     else:
         # Memory has the step's begin and the state there, but no series. The same state gives the
@@ -209,16 +210,16 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
         clock[BEGIN, 0] = memory[0, BEGAN]
         expand(lane_runs)
     clock[LOCAL, 0] = clock[BEGIN, 0]
-    aim(lane_runs, 0)
+    set_first_sample(lane_runs, 0)
 
 
 def take_range(one: TaylorRun, samples: Table, count: int) -> int:
     """Take the steps of a range; return their number, fewer if the state left its bounds."""
-    run, lane_runs, balls = one.run, one.own, one.run.balls
+    run, lane_runs, balls = one.run, one.arrays, one.run.balls
     for done in range(count):
         next_samples(lane_runs, samples[done, ANGLE:])
-        if lane_runs.said[SOUND, 0] == 0.0:
-            lane_runs.said[SOUND, 0] = 1.0
+        if lane_runs.status[SOUND, 0] == 0.0:
+            lane_runs.status[SOUND, 0] = 1.0
             for j in range(run.state.size):
                 run.work.trial[j] = lane_runs.state[j, 0]
             return done
@@ -261,13 +262,13 @@ def touch(numbers: Floats) -> None:
 def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
     """Begin a row of a plan: continue the current steps, or restart where a segment begins."""
     clock, last = runs.clock, plan.places.shape[1]
-    any_anew = False
+    any_restart = False
     for lane in range(runs.sound.size):
         start, offset = plan.times[s, lanes.START, lane], plan.times[s, lanes.OFFSET, lane]
         if s == 0 or start != clock[START, lane]:
-            any_anew = True
+            any_restart = True
             since = plan.rows[s, lanes.FIRST] * clock[STEP, lane] - start
-            clock[ANEW, lane], clock[TO, lane] = 1.0, since + offset
+            clock[RESTART, lane], clock[TO, lane] = 1.0, since + offset
             clock[LOCAL, lane] = clock[TO, lane]
             clock[UNTIL, lane] = plan.places[s, last - PLACE_UNTIL, lane]
             for j in range(last):
@@ -280,8 +281,8 @@ def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
         clock[FIRST, lane] = float(plan.rows[s, lanes.FIRST])
         steps = plan.rows[s, lanes.STEPS] if length > 0.0 else plan.rows[s, lanes.FINISHES]
         clock[COUNT, lane] = float(steps)
-        aim(runs, lane)
-    if any_anew:
+        set_first_sample(runs, lane)
+    if any_restart:
         call(runs.prepare, runs.c)
         renew(runs)
 

@@ -12,14 +12,14 @@ from ab_sim.engine.kernels.emission import Emission
 from ab_sim.engine.kernels.model import OF_EACH_BALL
 from ab_sim.engine.stepping.emitted import normalised, unwound
 from ab_sim.engine.taylor.clock import (
-    AIM,
-    ANEW,
     BEGIN,
+    COUNT_DUE,
+    COUNT_LEFT,
     END,
-    HOW_MANY_DUE,
-    HOW_MANY_LEFT,
     INPUTS,
     LOCAL,
+    LOG_TOLERANCE,
+    RESTART,
     SOUND,
     SOUND_STEPS,
     STEP,
@@ -41,12 +41,12 @@ _FRACTION, _ONE = 0xFFFFFFFFFFFFF, 0x3FF0000000000000
 """Bit mask of a double's fraction, and the bits of 1.0."""
 
 
-def step_length(into: Function, aim: str, squares: dict[int, str]) -> str:
+def step_length(into: Function, log_tolerance: str, squares: dict[int, str]) -> str:
     """Emit the length of a step [s] and return its name.
 
     Args:
         into: function to extend.
-        aim: name of the tolerance's base-2 logarithm.
+        log_tolerance: name of the tolerance's base-2 logarithm.
         squares: names of the squared norms of coefficients, by order.
     """
     lanes = into.shape.lanes
@@ -54,7 +54,7 @@ def step_length(into: Function, aim: str, squares: dict[int, str]) -> str:
     # |coefficient| length^order = tolerance, solved for the length in logarithms.
     for order, square in squares.items():
         half = literal(-0.5, lanes)
-        missing = into.call("fma", lanes, half, _log2(into, square), aim)
+        missing = into.call("fma", lanes, half, _log2(into, square), log_tolerance)
         logarithms.append(into.put(f"fmul {of} {missing}, {literal(1.0 / order, lanes)}"))
     least = logarithms[0]
     for logarithm in logarithms[1:]:
@@ -95,23 +95,27 @@ def _exp2(into: Function, x: str) -> str:
 
 
 def _quadratic(into: Function, x: str, a: float, b: float, c: float) -> str:
+    """Emit a x^2 + b x + c."""
     lanes = into.shape.lanes
     slope = into.call("fma", lanes, literal(a, lanes), x, literal(b, lanes))
     return into.call("fma", lanes, slope, x, literal(c, lanes))
 
 
 def _less(into: Function, a: str, b: str) -> str:
+    """Emit the smaller of two numbers; b if a is NaN."""
     lanes = into.shape.lanes
     return _chosen(into, into.put(f"fcmp olt {kind(lanes)} {a}, {b}"), a, b)
 
 
 def _chosen(into: Function, which: str, a: str, b: str) -> str:
+    """Emit a where the condition ``which`` holds, else b."""
     lanes = into.shape.lanes
     of = kind(lanes)
     return into.put(f"select {kind(lanes, 'i1')} {which}, {of} {a}, {of} {b}")
 
 
 def _whole(value: int, lanes: int) -> str:
+    """Return an int constant for all lanes."""
     return f"splat (i64 {value})" if lanes > 1 else str(value)
 
 
@@ -159,9 +163,9 @@ class TaylorEmission:
                 if self._model.count or not of_balls:
                     body.store(lowered_[state * count + k], self._slot(name, k), per_ball=of_balls)
         squares = {k: body.values(x)[0] for k, x in zip(orders, (high, low), strict=True)}
-        length = step_length(into, body.values(self._clock[AIM])[0], squares)
-        behind = Body(into, body.places, bound={"clock.found": [length]})
-        end = end_of_step(self._clock, self._model.graph.input("clock.found"))
+        length = step_length(into, body.values(self._clock[LOG_TOLERANCE])[0], squares)
+        behind = Body(into, body.places, bound={"clock.step_length": [length]})
+        end = end_of_step(self._clock, self._model.graph.input("clock.step_length"))
         behind.store(end, MemorySlot("t", END))
         return into
 
@@ -170,8 +174,8 @@ class TaylorEmission:
         model, n, input_ = self._model, self._model.count, self._model.graph.input
         into, body = self._function("move", ["series", "reached", "y", "turns"], lanes)
         on_series = self._sums(self._clock[TO] - self._clock[BEGIN], body)
-        fresh, anew = self._named("reached", body), self._clock[ANEW] > 0.0
-        state = [where(anew, a, b) for a, b in zip(fresh, on_series, strict=True)]
+        fresh, restarts = self._named("reached", body), self._clock[RESTART] > 0.0
+        state = [where(restarts, a, b) for a, b in zip(fresh, on_series, strict=True)]
         quaternion = type(model.deck).UNIT_AT
         if quaternion >= 0:
             unit = slice(quaternion, quaternion + 4)
@@ -189,24 +193,24 @@ class TaylorEmission:
         if n:
             body.store(results[-1], MemorySlot("turns", 0))
         body.store(self._clock[TO], MemorySlot("t", BEGIN))
-        body.store(model.lifted(0.0), MemorySlot("t", ANEW))
+        body.store(model.lifted(0.0), MemorySlot("t", RESTART))
         return into
 
     def mark(self, lanes: int) -> Function:
-        """Emit ``mark(c, b, t, said)``."""
-        into, body = self._function("mark", ["said"], lanes)
+        """Emit ``mark(c, b, t, status)``."""
+        into, body = self._function("mark", ["status"], lanes)
         due = due_samples(self._clock)
         for x in (*due.lines.values(), due.due, due.left):
             body.values(x)
         for line, x in due.lines.items():
             body.store(x, MemorySlot("t", line))
-        body.store(due.due, MemorySlot("said", HOW_MANY_DUE))
-        body.store(due.left, MemorySlot("said", HOW_MANY_LEFT))
+        body.store(due.due, MemorySlot("status", COUNT_DUE))
+        body.store(due.left, MemorySlot("status", COUNT_LEFT))
         return into
 
     def sample(self, lanes: int) -> Function:
-        """Emit ``sample(c, b, t, series, turns, bounds, reached, said, row)``."""
-        pointers = ["series", "turns", "bounds", "reached", "said", "row"]
+        """Emit ``sample(c, b, t, series, turns, bounds, reached, status, row)``."""
+        pointers = ["series", "turns", "bounds", "reached", "status", "row"]
         into, body = self._function("sample", pointers, lanes)
         sums = lowered(self._sums(self._clock[LOCAL] - self._clock[BEGIN], body))
         self._emission.store_slope(body, sums, "reached")
@@ -214,7 +218,10 @@ class TaylorEmission:
         values = (body.values(x) for x in sums)
         bound = dict(zip(self._model.state_names, values, strict=True))
         body.places["turns"] = MemorySlot("turns", 0)
-        behind, emission = Body(into, body.places, self._emission.known, bound), self._emission
+        behind, emission = (
+            Body(into, body.places, self._emission.derived_slots, bound),
+            self._emission,
+        )
         emission.store_columns(
             behind, "row", *emission.row(turned=True), emission.roots["torque"][0]
         )
@@ -256,6 +263,7 @@ class TaylorEmission:
         return into
 
     def _function(self, name: str, pointers: Sequence[str], lanes: int) -> tuple[Function, Body]:
+        """Return a new function with the arguments c, b, t and these pointers, and its body."""
         return self._emission.function(name, pointers, INPUTS, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
@@ -266,14 +274,14 @@ class TaylorEmission:
             if x.each:
                 beyond = over_balls(self._model.count, beyond)
             inside = inside - beyond
-        names = {"said.sound": SOUND, "said.steps": SOUND_STEPS}
-        body.places |= {name: MemorySlot("said", line) for name, line in names.items()}
+        names = {"status.sound": SOUND, "status.steps": SOUND_STEPS}
+        body.places |= {name: MemorySlot("status", line) for name, line in names.items()}
         sound, steps = (self._model.graph.input(name, Level.TIME) for name in names)
         soundness_ = soundness(self._clock, sound, steps, self._clock.flag(inside > 0.5))
         for x in soundness_.values():
             body.values(x)
         for line, x in soundness_.items():
-            body.store(x, MemorySlot("said", line))
+            body.store(x, MemorySlot("status", line))
 
     def _slot(self, name: str, k: int) -> MemorySlot:
         """Return the place of a state's coefficient k in a series; balls' are contiguous."""
@@ -307,6 +315,7 @@ class TaylorEmission:
 
 
 def _horner(x: Expression, coefficients: Sequence[Expression]) -> Expression:
+    """Return the polynomial of x with these coefficients, the constant one first."""
     total = coefficients[-1]
     for coefficient in reversed(coefficients[:-1]):
         total = x * total + coefficient

@@ -47,7 +47,7 @@ def system_of(scene: Scene, energy_balance: bool = False) -> System:
 
 
 def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
-    """Return ``System.balls``."""
+    """Return the constants of all balls, ``System.balls``."""
     rows = [
         (*of_ball(Ball(m, a), scene.race.radius, effects), scene.race.heights[race])
         for m, a, race in zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
@@ -153,6 +153,7 @@ LOOP = "the motor's speed loop"
 
 
 def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | list[float]) -> None:
+    """Refuse rates that are not finite, which a user's effect may return."""
     if not np.isfinite(numbers).all():
         names = ", ".join(type(effect).__name__ for effect in effects)
         raise SceneError(
@@ -264,6 +265,9 @@ def _motor_damping(system: System) -> float:
 
 @functools.lru_cache(maxsize=256)
 def active_segment(scheduled: ScheduledSegment) -> ActiveSegment:
-    """Return the kernel's data of a segment of a speed profile."""
+    """Return a segment of a schedule with the numbers that a kernel needs.
+
+    The result is cached, because every step plan and every batch converts the same few segments.
+    """
     phase, lasts = reduced(scheduled.start_angle)[0], float(scheduled.end - scheduled.start)
     return ActiveSegment(scheduled.segment, phase, lasts, float(scheduled.start_angle))

@@ -102,6 +102,6 @@ class Linearised(NamedTuple):
 
     @property
     def hangs(self) -> str:
-        """Position at rest, as text."""
+        """Position at rest as text, with names and units of the coordinates."""
         places = zip(self.coordinates, self.rest, self.units, strict=True)
         return ", ".join(f"{name} = {round(at, 12) + 0.0:.4g} {unit}" for name, at, unit in places)

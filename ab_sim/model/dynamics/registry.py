@@ -50,7 +50,7 @@ class DeckFromScene(NamedTuple):
 
 
 class RegisteredDeckModel(NamedTuple):
-    """A deck model with its functions."""
+    """A registered deck model: its class, and its functions for scenes."""
 
     kind: type[Any]
     """Class decorated with ``equations.deck_model.deck_model``."""

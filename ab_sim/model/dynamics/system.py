@@ -81,10 +81,10 @@ class System(NamedTuple):
 
 
 class ActiveSegment(NamedTuple):
-    """Position of a run on the speed profile."""
+    """Segment of the speed schedule that is in force, with the numbers that a kernel needs."""
 
     segment: Any
-    """Speed segment in force."""
+    """Law of the speed: a ``Ramp``, ``RaisedCosine`` or ``RampAndCosine``."""
     phase: float
     """Spindle angle at the segment's beginning [rad], without whole turns."""
     until: float = inf
@@ -94,7 +94,7 @@ class ActiveSegment(NamedTuple):
 
 
 def constants_of_balls(system: System) -> np.ndarray:
-    """Return the constants in formulas, shape (columns of ``BallConstants``, n)."""
+    """Return the balls' constants that formulas use, shape (columns of ``BallConstants``, n)."""
     return system.balls.T[list(FORMULA_COLUMNS)]
 
 
@@ -164,7 +164,7 @@ class StateLayout(NamedTuple):
     names: tuple[str, ...]
     """Names of all states."""
     deck: slice
-    """The deck model's own states, see its class."""
+    """Positions of the deck model's states, which its class names."""
     angles: slice
     """Positions of theta_i."""
     rates: slice

@@ -103,7 +103,7 @@ class InSpace(NamedTuple):
     def arrow(
         self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
     ) -> Arrow:
-        """Return the equations of motion."""
+        """Return the equations of motion: a block for deck and spindle, and a line per ball."""
         block, force = _deck_and_rotor(self, effects, spindle, state)
         n, m, w = balls.number, balls.mass, spindle.speed
         h, x, z = on.h, on.x, balls.height
@@ -178,7 +178,12 @@ class InSpace(NamedTuple):
         return mount_loss(self, turn_of(state[3:7]), state)
 
     def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
-        """Return the change of the state for jumps of velocity, in the order of x."""
+        """Return the change of the state at an impact.
+
+        Args:
+            state: state before the impact.
+            jumps: jumps of C's velocity [m/s] and of Om [rad/s], on deck axes, in the order of x.
+        """
         velocity = to_ground(turn_of(state[3:7]), jumps[0], jumps[1], jumps[2])
         return [*[0.0] * 7, *velocity, *jumps[3:6]]
 
@@ -196,7 +201,10 @@ class InSpace(NamedTuple):
         return [f + t + i for f, t, i in zip(force, tangential, inwards, strict=True)]
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
-        """Return the channels at rest in the position and orientation of ``states``, one row."""
+        """Return the channels of a deck at rest in the position and orientation of ``states``.
+
+        The result has the shape (1, 19).
+        """
         row = np.zeros((1, 19))
         row[0, :3], row[0, 9:13] = states[:3], states[3:7] / np.linalg.norm(states[3:7])
         return row
@@ -259,12 +267,12 @@ class InSpace(NamedTuple):
 
 
 def _each(value: Any, balls: int) -> np.ndarray:
-    """Return a number for each ball, as a column."""
+    """Return one number, or one per ball, as a column of shape (balls, 1)."""
     return np.broadcast_to(np.asarray(value, float), balls)[:, None]
 
 
 def symmetric(six: Sequence[float]) -> np.ndarray:
-    """Return the symmetric matrix of xx, yy, zz, xy, xz, yz."""
+    """Return the symmetric 3 x 3 matrix with the elements xx, yy, zz, xy, xz, yz."""
     xx, yy, zz, xy, xz, yz = six
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -290,7 +298,10 @@ def turned_second_moments(
 def _deck_and_rotor(
     deck: Any, effects: Any, spindle: SpindleMotion, state: State
 ) -> tuple[list[list[Number]], list[Number]]:
-    """Return the block of deck and rotor in the equations, without balls."""
+    """Return the equations of deck and rotor without balls: matrix, upper triangle, and forces.
+
+    The unknowns are A, Om' and al, as in the module's docstring.
+    """
     w, c, s, (ox, oy, oz) = spindle.speed, spindle.cos, spindle.sin, state[10:13]
     fx, fy, fz, tx, ty, tz = mount_forces(deck, effects, turn_of(state[3:7]), state)
     # The rotor at its present angle.
@@ -333,7 +344,10 @@ def _deck_and_rotor(
 def _add_point_masses(
     block: list[list[Number]], n: int, m: Number, x: Number, y: Number, z: Number
 ) -> None:
-    """Add masses at (x, y, z) that turn with the spindle to the block, whose M includes them."""
+    """Add a point mass per ball, at (x, y, z) and turning with the spindle, to the block.
+
+    The total mass M on the block's diagonal already includes them.
+    """
     sx, sy, sz = m * x, m * y, m * z
     sum_x, sum_y, sum_z = (over_balls(n, moment) for moment in (sx, sy, sz))
     xx, yy, zz = over_balls(n, sx * x), over_balls(n, sy * y), over_balls(n, sz * z)

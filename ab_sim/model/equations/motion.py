@@ -147,7 +147,7 @@ def drag_force(effects: Any, balls: BallConstants, on: OnRace) -> Number:
 
 
 def friction_coefficient(effects: Any, balls: BallConstants) -> Number:
-    """Return the largest friction along the race per normal force."""
+    """Return the largest friction force along the race, per normal force of the race [1]."""
     return over_effects(effects, "friction_coefficient", 0.0, balls.each)
 
 
@@ -167,10 +167,10 @@ def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
 
 
 class TracedSegment(NamedTuple):
-    """Position of a run on the speed profile."""
+    """Segment of the speed schedule, as expressions."""
 
     segment: Any
-    """Segment of the profile: speed, acceleration and angle as functions of local time."""
+    """Speed, acceleration and angle as functions of the time since the segment's beginning."""
     phase: Number
     """Spindle angle at the segment's beginning [rad], without whole turns."""
     angle: Number
@@ -201,7 +201,14 @@ class Torques(NamedTuple):
 def prescribed(
     effects: Any, place: TracedSegment, time: Number, angle_needed: bool
 ) -> SpindleMotion:
-    """Return the spindle's motion at a local time [s] of a segment."""
+    """Return the motion of a spindle that follows the schedule exactly.
+
+    Args:
+        effects: effects of the scene.
+        place: segment of the schedule.
+        time: time since the segment's beginning [s].
+        angle_needed: True to compute cosine and sine of the angle; else they are 1 and 0.
+    """
     acceleration = over_effects(
         effects, "spindle_acceleration", 0.0, place.segment.acceleration(time)
     )
@@ -218,7 +225,16 @@ def motor_driven(
     """Return the motion of a spindle with a motor, and the torques from which events are located.
 
     The acceleration is 0 here, because the equations of motion determine it.
+
+    Args:
+        effects: effects of the scene.
+        place: segment of the schedule, whose speed the motor's speed loop follows.
+        time: time since the segment's beginning [s].
+        at: state of the spindle.
+        angle_needed: True to compute cosine and sine of the angle; else they are 1 and 0.
     """
+    # At the limit, the branch decides and not a comparison of torques: the equations then stay
+    # smooth beyond the event at which the torque leaves its limit, and the event can be located.
     error = place.segment.speed(time) - at.speed
     commanded = over_effects(effects, "loop_torque", 0.0, error, at.integral)
     limit = over_effects(effects, "largest_torque", 0.0)

@@ -13,9 +13,9 @@ Turn = tuple[Number, ...]
 
 
 def turn_of(quaternion: Sequence[Number]) -> Turn:
-    """Return the rotation of a quaternion of any length."""
+    """Return the rotation matrix of a quaternion (w, x, y, z) of any length except 0."""
     w, x, y, z = quaternion
-    # Dividing by the squared norm allows any length.
+    # The division by the squared norm makes the matrix exact although steps change the length.
     two = 2.0 / (w * w + x * x + y * y + z * z)
     xx, yy, zz = two * x * x, two * y * y, two * z * z
     xy, xz, yz = two * x * y, two * x * z, two * y * z
@@ -59,7 +59,7 @@ def half_product(
 
 
 def cross(a: Sequence[Number], b: Sequence[Number]) -> tuple[Number, Number, Number]:
-    """Return a x b."""
+    """Return the cross product a x b of two vectors."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -71,6 +71,7 @@ PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
 """First columns of a mount's place on deck axes [m], of stiffness [N/m] and damping [N s/m] along
 its three axes, and of these axes, one after the other, on the ground's axes."""
 MOUNT_WIDTH = 18
+"""Number of columns per mount, with the units ``MOUNT_UNITS``."""
 MOUNT_UNITS = ("m",) * 3 + ("N/m",) * 3 + ("N s/m",) * 3 + ("1",) * 9
 
 
@@ -138,4 +139,5 @@ def sum_of(terms: Any) -> Number:
 
 
 def _along_axes(mount: Sequence[Number], vector: Sequence[Number]) -> list[Number]:
+    """Return the components of a vector on the ground's axes along the axes of a mount."""
     return [sum_of(mount[AXES + 3 * k + j] * vector[j] for j in range(3)) for k in range(3)]

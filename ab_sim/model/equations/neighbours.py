@@ -38,7 +38,11 @@ def race_length(
 
 
 def contacts_of(scene: "Scene") -> np.ndarray:
-    """Return ``System.contacts``, which is empty if balls may pass each other."""
+    """Return ``System.contacts``: a row for each ball and the next one along the race.
+
+    A row has the number of the ball, and the distance at which the two touch, along the race [m].
+    There are no rows if balls may pass each other.
+    """
     if "ball_contact" not in scene.effects:
         return np.zeros((0, 2))
     rows = [(i, scene.race.radius * _apart(scene, i, j)) for i, j, _ in _neighbours(scene)]
@@ -170,7 +174,7 @@ def reduced(angle: float) -> tuple[float, float]:
 
 
 def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:
-    """Return each ball, the next one along the race, and the distance between them [m]."""
+    """Return each ball, the next one, and the distance of their centres along the race [m]."""
     angles = [reduced(angle)[0] for angle in start_angles(scene)]
     order = sorted(range(len(angles)), key=lambda i: (angles[i], i))
     pairs = []
@@ -183,16 +187,17 @@ def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:
 
 
 def _length(scene: "Scene", behind: float, ahead: float) -> float:
-    """Return ``race_length`` in a scene [m]."""
+    """Return the length of a scene's race between two angles [rad], see ``race_length`` [m]."""
     return race_length(
         scene.race.radius, behind, ahead, _race_arc(scene, behind), _race_arc(scene, ahead)
     )
 
 
 def _angle_at(scene: "Scene", place: float) -> float:
-    """Return the angle at a length of R times ``place`` from 0 along the race [rad]."""
+    """Return the angle [rad] that is reached after a length of R * ``place`` from angle 0."""
     R, angle = scene.race.radius, place
-    # Each iteration reduces the error to at most three quarters: lobes are at most R/4.
+    # Fixed-point iteration. The length's derivative by the angle is between R/4 and 7/4 R, as
+    # lobes are at most R/4, so each iteration reduces the error to at most three quarters.
     for _ in range(200):
         before, angle = angle, angle + place - _length(scene, 0.0, angle) / R
         if angle == before:

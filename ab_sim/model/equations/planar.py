@@ -65,7 +65,7 @@ class Planar(NamedTuple):
     def arrow(
         self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
     ) -> Arrow:
-        """Return the equations of motion."""
+        """Return the equations of motion: a block for deck and spindle, and a line per ball."""
         n, w, m, c, s = balls.number, spindle.speed, balls.mass, on.c, on.s
         f1, f2 = suspension_force(self, effects, spindle, state)
         load, along = relative_load(effects, balls, on, w)
@@ -123,7 +123,12 @@ class Planar(NamedTuple):
         return loss + over_effects(effects, "space_loss", 0.0, DeckMotion(0.0, 0.0, vx, vy))
 
     def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
-        """Return the change of the state for jumps of velocity, in the order of x."""
+        """Return the change of the state at an impact.
+
+        Args:
+            state: state before the impact.
+            jumps: jumps of the deck's velocity [m/s] on rotating axes, in the order of x.
+        """
         return [0.0, 0.0, jumps[0], jumps[1]]
 
     def place(self, states: np.ndarray, psi: np.ndarray) -> np.ndarray:
@@ -142,7 +147,7 @@ class Planar(NamedTuple):
         return [channels[4] - gravity[0], channels[5] - gravity[1]]
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
-        """Return the channels at rest, at a spindle angle of 0."""
+        """Return the channels of a deck at rest, at a spindle angle of 0; shape (1, 6)."""
         return np.array([[*states[:2], 0.0, 0.0, 0.0, 0.0]])
 
     def scale(self, length: float, speed: float) -> list[float]:

@@ -66,7 +66,18 @@ class SpeedServo(NamedTuple):
     def approach(
         self, time: float, angle: float, speed: float, command: float, acceleration: float
     ) -> SpeedSchedule:
-        """Return the schedule from ``speed`` to ``command`` [rad/s], from ``time`` [s] on."""
+        """Return the schedule that ramps from the present speed to a commanded one and holds it.
+
+        Args:
+            time: present time [s].
+            angle: present spindle angle [rad].
+            speed: present speed [rad/s].
+            command: commanded speed [rad/s].
+            acceleration: magnitude of the ramp's acceleration [rad/s^2].
+
+        Raises:
+            CommandError: command or acceleration is outside the servo's limits.
+        """
         target = self.check(command)
         slope = math.copysign(self.check_acceleration(acceleration), target - speed)
         duration = (target - speed) / slope
@@ -120,7 +131,7 @@ class TimedSpeeds(NamedTuple):
         final_speed: float,
         first: tuple[float, float],
     ) -> "TimedSpeeds":
-        """Return the trajectory of these ramps; the arguments are those of the fields."""
+        """Create a trajectory and compute its duration; the arguments are those of the fields."""
         lasts = first[0] + sum(duration for duration, _ in ramps)
         return cls(start, tuple(ramps), final_speed, first, lasts)
 
@@ -194,7 +205,8 @@ def _ramp(where: str, pair: tuple[SetPoint, SetPoint], limits: SpeedServo) -> tu
                     "them all out, and they follow from the velocities"
                 )
             duration = exactly
-    # The times are rounded to a nanosecond.
+    # A ramp at exactly the largest acceleration must pass, although its end time is rounded to a
+    # nanosecond and may therefore be slightly early.
     if abs(change) > limits.max_acceleration * (duration + NANOSECOND):
         raise CommandError(
             f"{where}: reaching the next point takes {exact(abs(slope))} rad/s^2, and at most "
@@ -280,6 +292,9 @@ def _from_speed(speed: float, wanted: TimedSpeeds, most: float) -> Sequence[tupl
         return wanted.ramps
     if abs(gap) <= most * (ahead + NANOSECOND) and ahead:
         return [(ahead, Ramp(speed, gap / ahead)), *wanted.ramps]
+    # The first point cannot be reached in time. Accelerate at the limit from now on, and find the
+    # first part of the trajectory whose speed this straight line meets. The time before the first
+    # point counts as a part at the first point's speed.
     slope = math.copysign(most, gap)
     passed = 0.0
     ramps = [(ahead, Ramp(first, 0.0)), *wanted.ramps]

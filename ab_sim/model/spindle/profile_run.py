@@ -45,7 +45,7 @@ class ProfileExecution(Protocol):
 
     @property
     def reached(self) -> bool:
-        """True if the profile has ended and reached its aim."""
+        """True if the profile has ended as planned, which an aborted or failed one has not."""
 
     @property
     def failure(self) -> str:
@@ -117,6 +117,7 @@ class ProfileRun:
         self._deceleration = math.inf
         self._falls = (0.0, 0.0)
         self.began = 0.0
+        """Start time of the profile that was started last [s]."""
         self.state = ProfileState.IDLE
         self.status = ""
         self.why = ""
@@ -259,6 +260,7 @@ class ProfileRun:
         return speed is not None
 
     def _enter(self, state: ProfileState, more: str = "") -> None:
+        """Change the state, and report a new status, which consists of the state and ``more``."""
         self.state = state
         status = f"{state.value}: {more}" if more else state.value
         if status != self.status:

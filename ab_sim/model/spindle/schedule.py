@@ -112,7 +112,7 @@ Segment = Ramp | RaisedCosine
 
 
 class ScheduledSegment(NamedTuple):
-    """One segment with its times."""
+    """Segment of a schedule with its times and its start angle."""
 
     start: float
     """Start time [s]."""
@@ -121,6 +121,7 @@ class ScheduledSegment(NamedTuple):
     start_angle: float
     """Angle psi at the start [rad]."""
     segment: Segment
+    """Speed, acceleration and angle as functions of the time since ``start``."""
 
 
 class SpeedSchedule:
@@ -209,7 +210,12 @@ class SpeedSchedule:
         return np.array([self.angle(time) for time in times.tolist()])
 
     def moved(self, by: float, turned: float = 0.0) -> "SpeedSchedule":
-        """Return the schedule, later by a time [s], with angles increased by ``turned`` [rad]."""
+        """Return a copy of the schedule that takes place at another time.
+
+        Args:
+            by: delay of all times [s].
+            turned: increase of all angles [rad].
+        """
         begins = self.variable_speed_period
         return SpeedSchedule.of_scheduled(
             [

@@ -82,11 +82,13 @@ AXES = 3
 
 
 class _Sensor:
-    """The present window of one sensor, and the result of its last complete one."""
+    """The present window of one sensor's samples, and the result of its last complete window."""
 
     def __init__(self) -> None:
         self.rms: float | None = None
+        """Root mean square of the last complete window [m/s^2]; None before its end."""
         self.newest: int | None = None
+        """Stamp of the newest sample [ns]."""
         self._begin(0)
 
     def _begin(self, stamp: int) -> None:
@@ -106,6 +108,7 @@ class _Sensor:
             raise ValueError(f"its mean has {len(self._mean)} numbers; must have {AXES}")
 
     def receive(self, stamp: int, vector: Sequence[float], over: float) -> None:
+        """Add a sample; a window ends when it is ``over`` [s] long and has enough samples."""
         if self.newest is None or stamp < self.newest:
             self.rms = None  # the first sample, or the drive was reset
             self._begin(stamp)
@@ -114,7 +117,8 @@ class _Sensor:
             self._begin(stamp)
         self.newest = stamp
         self._count += 1
-        # Welford's algorithm: no large numbers are subtracted
+        # Welford's algorithm (Technometrics 4 (1962)). The difference of two sums of squares would
+        # cancel if gravity makes the mean much larger than the vibration.
         for axis, value in enumerate(vector):
             off = value - self._mean[axis]
             self._mean[axis] += off / self._count
@@ -265,6 +269,8 @@ class SegmentsExecution:
             max(now - self._began, 0.0),
             max(self._number, 0),
         )
+        # If the condition is met, the present segment ends now, and all later ones move forwards.
+        # The segment may just have reached its longest duration; then it has ended already.
         condition, still = self._condition, schedule.number(elapsed) == self._number
         if condition is not None and condition.met:
             if still:
@@ -307,11 +313,14 @@ class SegmentsExecution:
         self.words, self.why = map(str, state["texts"])
 
     def _missed(self, passed: int, number: int) -> str:
-        """Report conditions that were not met in time, and fail if one of them says abort.
+        """Report conditions that were not met in time, and fail if one of them requires an abort.
 
         Args:
             passed: first segment to check.
             number: present segment; those before it are checked.
+
+        Returns:
+            Text for the status, beginning with a semicolon; empty if there is nothing to report.
         """
         missed = ""
         for unmet in range(passed, number):
@@ -324,6 +333,7 @@ class SegmentsExecution:
         return missed
 
     def _enter(self, number: int, now: float, missed: str) -> None:
+        """Enter a segment, and describe it with the conditions that were missed before it."""
         self._number, until = number, self._schedule.until(number)
         self._condition = None if until is None else VibrationCondition(until, now)
         if number < self._schedule.count:

@@ -1,9 +1,9 @@
 """Divide steps along a speed schedule, so that they cross no breakpoint and resolve short curves.
 
 Steppers resolve a ramp of any length, because its speed is a polynomial in local time. They do not
-resolve a curve within one step, of which they take only a few values, the same few for any step
-length. So a curve that is shorter than the cycle of the fastest resolved motion takes as many steps
-as such a cycle, each shorter in the same ratio. Half the step also halves these shorter steps.
+resolve a curve that lies within one step, because they evaluate it at a few stages only. So a curve
+that is shorter than the cycle of the fastest resolved motion takes as many steps as such a cycle,
+each shorter in the same ratio. Half the step also halves these shorter steps.
 """
 
 import math
@@ -14,7 +14,7 @@ from ab_sim.model.spindle.schedule import Ramp, ScheduledSegment, SpeedSchedule
 
 
 class StepResolution(NamedTuple):
-    """Length of steps, and of the motions that they must resolve."""
+    """Length of steps, and period of the motions that they must resolve."""
 
     step: float
     """Step [s]."""
@@ -37,7 +37,10 @@ class StepRange(NamedTuple):
 
 
 def same_instant(time: float, step: float) -> float:
-    """Return the difference below which two times are the same instant [s]."""
+    """Return the difference below which two times are the same instant [s].
+
+    Times of steps are products and ends of segments are sums, so equal times differ by rounding.
+    """
     return max(1e-9 * step, 4.0 * math.ulp(time))
 
 
@@ -75,6 +78,7 @@ def parts(
     while True:
         scheduled = segment_after(schedule, now, resolution.step)
         until = scheduled.end if scheduled.end < end - same_instant(end, resolution.step) else end
+        # Less 1e-9, so that rounding of the quotient does not add a part.
         count = max(1, math.ceil((until - now) / _longest(scheduled, resolution) - 1e-9))
         length = (until - now) / count
         for k in range(count):
@@ -96,6 +100,8 @@ def _whole_steps(end: float, step: float, first: int, most: int) -> int:
     ahead = (end - first * step) / step
     if ahead > most + 1:
         return most
+    # The quotient is rounded, so the last steps are counted with the comparison of times that
+    # ``parts`` uses. Otherwise a step could be in both results, or in none.
     count = max(math.floor(ahead) - 1, 0)
     while count < most and (first + count + 1) * step <= end + same_instant(end, step):
         count += 1

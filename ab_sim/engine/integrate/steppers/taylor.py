@@ -53,7 +53,11 @@ class TaylorParameters(NamedTuple):
 
 
 def order_for(tolerance: float) -> int:
-    """Return the order with which a run is nearly fastest (Jorba and Zou, 3.1)."""
+    """Return the order with which a run to a tolerance [rad] is nearly fastest.
+
+    The work of a step grows with the square of its order p, its length with tolerance^(1/p). Work
+    per time is then least at p = -log(tolerance) / 2 (Jorba and Zou, 3.1).
+    """
     return min(max(round(-0.5 * math.log(tolerance)), LOWEST), HIGHEST)
 
 

@@ -34,7 +34,7 @@ EULER: Final = "ZXY"
 
 
 def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
-    """Return the constants of the deck model."""
+    """Return the constants of the deck model of a scene with these effects."""
     deck, rotor = scene.deck, scene.rotor
     assert deck is not None and rotor.inertia is not None
     mass = scene.total_mass - scene.balls.total_mass - scene.eccentric_mass
@@ -281,6 +281,7 @@ def _at_rest(system: System) -> np.ndarray:
             held = mount[3:6] + _stiffness_gained(effects, float(moved @ moved))
             pull_here = -axes.T @ (held * moved)
             force, moment = force + pull_here, moment + np.cross(turn @ mount[:3], pull_here)
+        # A length of 0.1 m makes moments comparable to forces; at the solution both vanish.
         return np.concatenate([force, moment / 0.1]) / size
 
     rest = place_at_rest(unbalanced, lambda moved: _stored(system, moved), mass * pull, 3)
@@ -299,6 +300,7 @@ def _stored(system: System, moved: np.ndarray) -> float:
 
 
 def _mounts(scene: Scene) -> np.ndarray:
+    """Return ``InSpace.mounts`` of a scene."""
     rows = np.empty((len(scene.mounts), MOUNT_WIDTH))
     for row, mount in zip(rows, scene.mounts, strict=True):
         # Rows of the matrix from the ground's axes to the mount's.
@@ -309,16 +311,18 @@ def _mounts(scene: Scene) -> np.ndarray:
 
 
 def _away(place: np.ndarray) -> np.ndarray:
-    """Return the inertia of a unit mass at a place about the origin."""
+    """Return the inertia matrix of a unit mass at a place [m] about the origin [m^2]."""
     return np.asarray(place @ place * np.eye(3) - np.outer(place, place))
 
 
 def _cross(vector: np.ndarray) -> np.ndarray:
+    """Return the matrix of the cross product with a vector from the left, shape (3, 3)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _six(matrix: np.ndarray) -> tuple[float, float, float, float, float, float]:
+    """Return the elements xx, yy, zz, xy, xz, yz of a symmetric matrix."""
     xx, yy, zz = (float(x) for x in np.diag(matrix))
     return xx, yy, zz, float(matrix[0, 1]), float(matrix[0, 2]), float(matrix[1, 2])
 

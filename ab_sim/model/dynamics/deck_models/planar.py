@@ -26,7 +26,7 @@ _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0
 
 
 def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
-    """Return the constants of the deck model."""
+    """Return the constants of the deck model of a scene with these effects."""
     eccentricity = scene.rotor.eccentricity
     sag_x, sag_y = _sag(scene.total_mass, effects)
     return Planar(
@@ -152,6 +152,7 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
 
 
 def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
+    """Return the energy in the suspension [J] at a displacement [m] from the unloaded position."""
     deck = DeckMotion(float(place[0]), float(place[1]), 0.0, 0.0)
     stored = over_effects(effects, "deck_energy", 0.0, deck)
     return float(stored + over_effects(effects, "space_energy", 0.0, deck))

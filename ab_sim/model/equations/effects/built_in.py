@@ -304,7 +304,11 @@ class RaceRunout(NamedTuple):
     ] = 0.0
 
     def race_shape(self, c: float, s: float) -> tuple[float, float, float, float]:
-        """Return h - R, the place along the tangent, l - R and dl/dtheta [m], at normal (c, s)."""
+        """Return h - R, x = dh/dtheta, l - R and dl/dtheta [m] where the normal is (c, s).
+
+        h is the support function, x the position along the tangent, and l = h + h'' the radius of
+        curvature, as in ``OnRace``.
+        """
         two = 2.0 * self.lobe_angle
         ct, st = cos(two), sin(two)
         wide = (c * c - s * s) * ct + 2.0 * s * c * st
