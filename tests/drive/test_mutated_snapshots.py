@@ -58,11 +58,11 @@ def test_a_mutated_snapshot_is_refused_or_runs(name: str, tmp_path: Path) -> Non
             drive.path.receive(speed, drive.drive.steps)
         for _ in drive.advance(STEPS // 2):
             pass
-    beside = {}
+    extra = {}
     if not scene.is_controlled:
         drive.path.receive(0.3 * top, drive.drive.steps)
-        beside = drive.path.state()
-    write_snapshot(path, scene, drive.drive.snapshot(), beside)
+        extra = drive.path.state()
+    write_snapshot(path, scene, drive.drive.snapshot(), extra)
     content, refused, failures = json.loads(path.read_text()), 0, []
     for _ in range(EACH):
         run, words = changed(json.loads(content["run"]), rng)

@@ -29,8 +29,8 @@ def saved(scene: Any, tmp_path: Path) -> tuple[Scene, Drive, Path]:
 
 def test_another_drive_goes_on_to_the_bit(saved: tuple[Scene, Drive, Path]) -> None:
     chosen, drive, path = saved
-    kept, beside = read_snapshot(path, chosen)
-    assert beside == {"bus": [1, 2.5]}
+    kept, extra = read_snapshot(path, chosen)
+    assert extra == {"bus": [1, 2.5]}
     other = Drive(chosen, commanded=True)
     other.restore(kept)
     for each in (drive, other):
@@ -47,7 +47,7 @@ def test_a_file_is_replaced_whole(saved: tuple[Scene, Drive, Path]) -> None:
 
 
 def test_what_goes_on_from_it_counts(saved: tuple[Scene, Drive, Path]) -> None:
-    """Commands under way are kept beside the drive: other sources would take them otherwise."""
+    """Commands under way are kept with the drive: other sources would take them otherwise."""
     chosen, drive, path = saved
     with pytest.raises(InputError, match="would not continue with the same bits; save it again"):
         read_snapshot(path, chosen, "ab_sim.nodes.command_path")
@@ -100,11 +100,14 @@ def test_what_does_not_fit_is_refused(
         ({"steps": "many"}, "steps = 'many': is not in the form"),
         ({"state": [[1.0], []]}, "state = [[1.0], []]: is not in the form"),
         ({"state": [float("nan")]}, "state: has a number that is not finite"),
-        ({"modes": [10**30]}, "modes = [1000"),
+        ({"discrete_state": [10**30]}, "discrete_state = [1000"),
         ({"memory": [[10**9, 10**9], [0.0]]}, "memory = [[1000"),
-        ({"pieces": []}, "pieces = []: is not in the form"),
-        ({"pieces": [[0, 1, 0, "Ramp", [0, 0]], [0, 1, 0, "Ramp", [0, 0]]]}, "pieces = [[0, 1, 0,"),
-        ({"pieces": [[0, 1, 0, "exit", []]]}, "pieces = [[0, 1, 0, 'exit', []]]: is not in"),
+        ({"segments": []}, "segments = []: is not in the form"),
+        (
+            {"segments": [[0, 1, 0, "Ramp", [0, 0]], [0, 1, 0, "Ramp", [0, 0]]]},
+            "segments = [[0, 1, 0,",
+        ),
+        ({"segments": [[0, 1, 0, "exit", []]]}, "segments = [[0, 1, 0, 'exit', []]]: is not in"),
         ({"command": "fast"}, "command = 'fast': is not in the form"),
         ({"pickups": []}, "pickups = []: is not in the form"),
     ],
@@ -187,10 +190,10 @@ def mutated(path: Path, change: Any) -> None:
         ("command", None, float("nan"), "command = nan: must be -"),
         ("acceleration", None, float("nan"), "acceleration = nan: must be 0 to"),
         ("acceleration", None, -3.0, "acceleration = -3.0: must be 0 to"),
-        ("modes", 0, [0, 0, 0, 2**60], "modes.0.3 ="),
-        ("modes", 0, [7, 0, 0, 0], "modes.0.0 = 7.0: must be -2 to 2"),
-        ("pieces", 0, [0.0, float("inf"), 0.0, "Ramp", [float("nan"), 0.0]], "pieces"),
-        ("pieces", 0, [float("-inf"), float("inf"), 0.0, "Ramp", [0.0, 0.0]], "pieces"),
+        ("discrete_state", 0, [0, 0, 0, 2**60], "discrete_state.0.3 ="),
+        ("discrete_state", 0, [7, 0, 0, 0], "discrete_state.0.0 = 7.0: must be -2 to 2"),
+        ("segments", 0, [0.0, float("inf"), 0.0, "Ramp", [float("nan"), 0.0]], "segments"),
+        ("segments", 0, [float("-inf"), float("inf"), 0.0, "Ramp", [0.0, 0.0]], "segments"),
         ("step", None, float("nan"), "step = nan: must be less than"),
     ],
 )
@@ -202,7 +205,7 @@ def test_numbers_beyond_all_bounds_are_refused(
     def change(drive: dict[str, Any]) -> None:
         if at is None:
             drive[key] = value
-        elif key == "pieces":
+        elif key == "segments":
             drive[key] = [value]
         else:
             drive[key][at % len(drive[key])] = value
