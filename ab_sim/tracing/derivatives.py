@@ -135,7 +135,7 @@ class PowerSeries:
         return once if is_constant(twice, 0.0) else once + 2.0 * twice
 
     def _derived(self, x: Expression, k: int) -> Expression:
-        """Return coefficient k of a node, from those of its arguments and lower ones of its own."""
+        """Return coefficient k of a node, from its lower ones and those of its arguments."""
         of, args, graph = self.coefficient, x.args, x.graph
         if x.op == "input":
             if k == 0:
