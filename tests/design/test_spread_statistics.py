@@ -157,14 +157,14 @@ def test_indices_of_ishigamis_function() -> None:
     together = 8 * b**2 * four**2 / 225
     variance = sum(alone) + together
     rng = np.random.default_rng(5)
-    found = sampled(ishigami, lambda shape: rng.uniform(-math.pi, math.pi, shape), 2**13, 3)
+    found = sampled(ishigami, lambda shape: rng.uniform(-math.pi, math.pi, shape), 2**15, 3)
     for place, each in enumerate(found):
         total = alone[place] + (0.0 if place == 1 else together)
-        assert each.first == pytest.approx(alone[place] / variance, abs=0.04)
-        assert each.total == pytest.approx(total / variance, abs=0.04)
+        assert each.first == pytest.approx(alone[place] / variance, abs=0.02)
+        assert each.total == pytest.approx(total / variance, abs=0.02)
         assert each.first_interval[0] <= alone[place] / variance <= each.first_interval[1]
         assert each.total_interval[0] <= total / variance <= each.total_interval[1]
-        assert each.first_interval[1] - each.first_interval[0] < 0.1
+        assert each.first_interval[1] - each.first_interval[0] < 0.05
 
 
 def test_the_bootstrap_is_one_of_the_same_estimators() -> None:
@@ -189,14 +189,14 @@ def test_the_bootstrap_is_one_of_the_same_estimators() -> None:
 
 def test_bootstrap_intervals_of_a_linear_model_cover() -> None:
     """y = x + 2 y: shares of the variance are 1/5 and 4/5, alone and in all."""
-    rng, hits = np.random.default_rng(7), []
-    for _ in range(REPEATS):
+    rng, hits, repeats = np.random.default_rng(7), [], REPEATS // 2
+    for _ in range(repeats):
         found = sampled(lambda x: x[0] + 2 * x[1], lambda shape: rng.normal(size=shape), 128, 2)
         for true, each in zip((0.2, 0.8), found, strict=True):
             ends = (each.first_interval, each.total_interval)
             hits.append([low <= true <= high for low, high in ends])
-    covered = np.array(hits).reshape(REPEATS, 4)
-    assert all(is_often(covered[:, place]) for place in range(4)), covered.mean(0)
+    covered = np.array(hits).reshape(repeats, 4).mean(axis=0)
+    assert ((covered > 0.91) & (covered < 0.985)).all(), covered
 
 
 def test_what_does_not_vary_has_no_index() -> None:

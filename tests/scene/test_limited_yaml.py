@@ -49,6 +49,12 @@ def test_a_number_is_what_it_reads_as() -> None:
     assert read_yaml("[010, -007, 0_10, 0, 0x10, 010.5, 1_000]") == [10, -7, 10, 0, 16, 10.5, 1000]
 
 
+def test_a_change_of_the_content_does_not_change_what_is_read_next() -> None:
+    text = "effects: [gravity, {suspension: {stiffness: 1000.0}}]"
+    read_yaml(text)["effects"].append("motor")
+    assert read_yaml(text) == {"effects": ["gravity", {"suspension": {"stiffness": 1000.0}}]}
+
+
 def test_within_the_limits() -> None:
     assert read_yaml("[" * MOST_LEVELS + "]" * MOST_LEVELS)
     assert read_yaml("{a: &a [1, 2], b: *a, c: [*a, *a]}") == {
