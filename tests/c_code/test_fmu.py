@@ -102,12 +102,14 @@ def test_its_archive_has_what_it_takes_to_build_it(space: Fmu, tmp_path: Path) -
     assert others and all(name.startswith("wobbling_drive_") for name in others)
 
 
+@needs_compiler
 def test_words_of_a_scene_stay_words_in_every_file(
     plane: Fmu, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PATH", "")  # without a compiler, whose binary is not looked at
     words = {"description": METACHARACTERS, "name": METACHARACTERS, "source": METACHARACTERS}
-    evil = fmu_of(sources_of(PLANE.model_copy(update=words)), "drive")
+    with monkeypatch.context() as without_compiler:  # the binary is not looked at
+        without_compiler.setenv("PATH", "")
+        evil = fmu_of(sources_of(PLANE.model_copy(update=words)), "drive")
     root = Xml.fromstring(part(evil, "modelDescription.xml"))
     assert "<script>" in root.attrib["modelName"] and "\\x01" in root.attrib["description"]
     html, plain = (part(each, "documentation/index.html") for each in (evil, plane))
