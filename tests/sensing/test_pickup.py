@@ -118,7 +118,7 @@ def test_limit_is_the_input_itself_but_for_the_delay() -> None:
 def test_noise_has_its_density_in_band_and_the_low_passs_shape(bandwidth: float) -> None:
     density = 0.02
     sensor = pickup(bandwidth=bandwidth, noise_density=density, seed=7)
-    count, length = 500_000, 4096
+    count, length = 1_000_000, 4096
     still = np.zeros((count, 2))
     sensor.process(1, still[:length])
     shown = sensor.process(1 + length, still)
