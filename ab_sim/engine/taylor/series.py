@@ -74,7 +74,8 @@ class _Equations:
 
     def __init__(self, model: Model) -> None:
         self._model, graph, lifted = model, model.graph, model.lifted
-        spindle, torques, on, arrow = model.arrow(model.motion())
+        at = model.motion()
+        spindle, torques, on, arrow = model.arrow(at)
         free, al = model.unknowns - 1, spindle.acceleration
         self._x = [graph.input(f"x[{r}]") for r in range(free)]
         self._path = graph.input("path", per_ball=True)
@@ -85,7 +86,20 @@ class _Equations:
             [lifted(arrow.block[min(r, q)][max(r, q)]) for q in range(free)] for r in range(free)
         ]
         self._coupling = [lifted(entry) for entry in arrow.coupling[:free]]
-        self._force = [lifted(arrow.force[r] - arrow.block[r][free] * al) for r in range(free)]
+        force: Sequence[Number] = arrow.force
+        self._moment: list[Expression] = []
+        self._moment_rate: list[Expression] = []
+        if model.count and hasattr(model.deck, "ball_moment"):
+            # The balls' reaction on the deck is -(P'' + 2 w J P' - w^2 P + al J P), P the sum of
+            # their moments. P'' costs no product of series, unlike the forces and path
+            # accelerations that it consists of, and the other terms one for all balls.
+            w, (one, two) = spindle.speed, model.deck.ball_moment(on)
+            self._moment = [lifted(over_balls(model.count, m)) for m in (one, two)]
+            self._moment_rate = [graph.input(f"moment_rate[{r}]") for r in range(2)]
+            (p1, p2), (dp1, dp2) = self._moment, self._moment_rate
+            f1, f2 = model.deck.free_force(model.effects, spindle, at.deck)
+            force = [f1 + w * w * p1 + 2.0 * w * dp2, f2 + w * w * p2 - 2.0 * w * dp1]
+        self._force = [lifted(force[r] - arrow.block[r][free] * al) for r in range(free)]
         self._path_force = lifted(arrow.path_force + arrow.coupling[free] * al)
 
     def solve(self, series: PowerSeries, k: int) -> None:
@@ -100,11 +114,19 @@ class _Equations:
         # Cauchy products: the unknown b_k is multiplied by a_0 only, so all other terms go to the
         # right-hand side and the matrix is that of order 0.
         force: list[Number] = []
-        for row, force_row, coupling in zip(self._block, self._force, self._coupling, strict=True):
-            total = of(force_row, k)
+        ahead = series.without(self._path, k)
+        for moment, rate in zip(self._moment, self._moment_rate, strict=True):
+            series.give(rate, k, series.change(moment, k))
+        for r, row in enumerate(self._block):
+            total = of(self._force[r], k)
             for entry, x in zip(row, self._x, strict=True):
                 total = total - known(entry, x)
-            force.append(total + over_balls(model.count, known(coupling, self._path)))
+            if self._moment:
+                known_part = ahead.coefficient(self._moment[r], k + 2)
+                total = total - float((k + 2) * (k + 1)) * known_part
+            else:
+                total = total + over_balls(model.count, known(self._coupling[r], self._path))
+            force.append(total)
         path_force = of(self._path_force, k)
         for coupling, x in zip(self._coupling, self._x, strict=True):
             path_force = path_force + known(coupling, x)

@@ -18,6 +18,11 @@ and the deck's states:
         changes of the deck's states by jumps of velocity, in the order of x
     specific_force(self, effects, channels, point)
         specific force at a point of the deck, one number per axis of the deck [m/s^2]
+    free_force(self, effects, spindle, state) -> [N]
+    ball_moment(self, on) -> [kg m]
+        optional, both or none, for a deck that moves along the rotor's first two axes only: the
+        force on it without the balls' reaction, and each ball's mass times its position from the
+        shaft. Taylor's method then needs half as many products of series
 
 Methods for numbers:
 

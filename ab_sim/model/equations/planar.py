@@ -67,7 +67,8 @@ class Planar(NamedTuple):
     ) -> Arrow:
         """Return the equations of motion: a block for deck and spindle, and a line per ball."""
         n, w, m, c, s = balls.number, spindle.speed, balls.mass, on.c, on.s
-        f1, f2 = suspension_force(self, effects, spindle, state)
+        f1, f2 = self.free_force(effects, spindle, state)
+        moment_1, moment_2 = self.ball_moment(on)
         load, along = relative_load(effects, balls, on, w)
         spin_mass = over_effects(effects, "ball_inertia", 0.0, balls.each)
         # Inertia about the shaft, with the balls fixed to the race.
@@ -75,13 +76,13 @@ class Planar(NamedTuple):
         if any_has(effects, "ball_inertia"):
             inertia = inertia + spin_mass * balls.radius * balls.radius
         rotor = over_effects(effects, "rotor_moment", 0.0) + self.unbalance * self.eccentricity
-        b13 = over_balls(n, -(on.mh * s) - on.mx * c)
-        b23 = self.unbalance + over_balls(n, on.mh * c - on.mx * s)
+        b13 = over_balls(n, -moment_2)
+        b23 = self.unbalance + over_balls(n, moment_1)
         M = self.total_mass
         return Arrow(
             block=[[M, 0.0, b13], [0.0, M, b23], [b13, b23, rotor + over_balls(n, inertia)]],
             force=[
-                f1 + self.unbalance * (w * w) + over_balls(n, load * c - along * s),
+                f1 + over_balls(n, load * c - along * s),
                 f2 + over_balls(n, load * s + along * c),
                 spindle.torque - over_balls(n, on.mx * (2.0 * w + on.rate) * on.path),
             ],
@@ -90,6 +91,15 @@ class Planar(NamedTuple):
             load=load,
             path_force=along + drag_force(effects, balls, on),
         )
+
+    def free_force(self, effects: Any, spindle: SpindleMotion, state: State) -> list[Number]:
+        """Return the force on the deck without the balls' reaction, on the rotor's axes [N]."""
+        f1, f2 = suspension_force(self, effects, spindle, state)
+        return [f1 + self.unbalance * (spindle.speed * spindle.speed), f2]
+
+    def ball_moment(self, on: OnRace) -> list[Number]:
+        """Return mass times position from the shaft, of each ball, on the rotor's axes [kg m]."""
+        return [on.mh * on.c - on.mx * on.s, on.mh * on.s + on.mx * on.c]
 
     def rates(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
