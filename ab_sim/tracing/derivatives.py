@@ -101,7 +101,7 @@ class PowerSeries:
     def without(self, x: Expression, k: int) -> "PowerSeries":
         """Return a copy in which coefficient k of a node is 0, e.g. because it is not known yet."""
         copy = PowerSeries(self._rates)
-        copy._found = {**self._found, (x.number, k): x.graph.constant(0.0)}
+        copy._coefficients = {**self._coefficients, (x.number, k): x.graph.constant(0.0)}
         return copy
 
     def coefficient(self, x: Expression, k: int) -> Expression:
