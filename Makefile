@@ -51,7 +51,7 @@ action: $(VENV)/action.stamp
 PYTEST = OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
 # Keep the order of tests/conftest.py, long tests first. By default, xdist starts files with few
 # tests last, so that one worker would run a long test alone at the end.
-SHARED = -n 2 --dist loadfile --no-loadscope-reorder
+SHARED = --dist loadfile --no-loadscope-reorder
 
 # Tests that start ROS 2 nodes mostly sleep, but fail if they wait for the processor. So they run at
 # normal priority, while computing tests and mypy use the idle processor time at low priority.
@@ -82,7 +82,7 @@ define print_at_end
 endef
 
 nodes: real-time
-	$(call print_at_end,$(PYTEST) $(SHARED) -m ros $(NODES))
+	$(call print_at_end,$(PYTEST) -n 3 $(SHARED) -m ros $(NODES))
 
 jazzy: real-time
 	$(call print_at_end,$(MAKE) --no-print-directory some-nodes ROS=jazzy)
@@ -98,7 +98,7 @@ some-nodes: $(VENV)/dev.stamp
 	$(PYTEST) $(SOME_NODES)
 
 computing: $(FOR_TESTS)
-	nice env $(PYTEST) $(SHARED) $(COMPUTING)
+	nice env $(PYTEST) -n 2 $(SHARED) $(COMPUTING)
 
 lint: style types
 
@@ -132,7 +132,7 @@ test-fast: $(VENV)/dev.stamp
 
 # Without node tests: their processes are killed before they could write coverage data.
 coverage: $(VENV)/dev.stamp
-	$(PYTEST) $(SHARED) $(COMPUTING) --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
+	$(PYTEST) -n 2 $(SHARED) $(COMPUTING) --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: install again only after one of a stamp's prerequisites has changed.
 $(VENV)/run.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $(VENV)/venv.stamp

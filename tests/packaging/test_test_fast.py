@@ -56,13 +56,14 @@ def test_names_in_the_script_are_there() -> None:
 @pytest.mark.parametrize("room", sorted(path.name for path in (ROOT / "ab_sim").glob("[a-z]*/")))
 def test_every_room_has_tests_of_its_own(room: str) -> None:
     modules = (ROOT / "ab_sim" / room).rglob("[a-z]*.py")
-    assert len(fast.tests_of(str(path.relative_to(ROOT)) for path in modules)) > len(fast.CORE)
+    names = (str(path.relative_to(ROOT)) for path in modules)
+    assert any(len(fast.tests_of([name])) > len(fast.CORE) for name in names)
 
 
 def test_what_there_is_no_time_for_is_skipped_and_said() -> None:
-    environment = {**os.environ, fast.UNTIL: "0", fast.FILES: "tests/test_quoting.py"}
+    environment = {**os.environ, fast.UNTIL: "0", fast.FILES: "tests/test_ordered_sums.py"}
     environment["PYTHONPATH"] = os.pathsep.join([str(ROOT / "tools"), os.getenv("PYTHONPATH", "")])
-    how = ("-p", "test_fast", "-q", "-n", "1", "tests/test_quoting.py")
+    how = ("-p", "test_fast", "-q", "-n", "1", "tests/test_ordered_sums.py")
     command = [sys.executable, "-m", "pytest", *how]
     done = subprocess.run(
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE
