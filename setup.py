@@ -28,8 +28,10 @@ DOCS = [
 ]
 
 # The version is read from the source, because a build cannot import the package without NumPy.
-version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
-assert version, f"{NAME}/__init__.py does not set __version__"
+version = re.search(
+    r'^__version__ = "(.+)"$', Path(NAME, "base", "version.py").read_text(), re.MULTILINE
+)
+assert version, f"{NAME}/base/version.py does not set __version__"
 
 ros = ElementTree.parse("package.xml")
 maintainer = ros.find("maintainer")

@@ -22,6 +22,8 @@ it, which ``tests/test_rooms.py`` checks.
 
 from typing import TYPE_CHECKING
 
+from ab_sim.base.version import __version__
+
 if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.analysis.accuracy_cost import accuracy_cost
@@ -61,8 +63,6 @@ if TYPE_CHECKING:
     from ab_sim.scene.load import load_scene
     from ab_sim.scene.model import Scene
     from ab_sim.show.compare import compare_recording
-
-__version__ = "0.1.0"
 
 __all__ = [
     "AbSimError",

@@ -1,7 +1,7 @@
 """Layering: packages import only from lower ones, and modules do not import each other in cycles.
 
-Imports for type checkers and imports within functions count, too. The latter are only deferred to
-save time at start-up.
+Imports for type checkers and imports within functions count, too, and so do texts that name a
+module, such as ``"ab_sim.cli.run:run_command"``. One table names modules above it: the registries.
 """
 
 import ast
@@ -13,10 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import ab_sim
+from ab_sim.base.registries import REGISTRIES
 from tests.trees import nodes
 
 ORDER = (
-    ("base.errors",),
+    ("base.errors", "base.registries", "base.version"),
     (
         "base.files",
         "base.interruption",
@@ -101,6 +102,15 @@ def all_imports() -> dict[str, set[str]]:
     }
 
 
+def named(path: Path) -> Iterator[str]:
+    """Yield the modules of the package that the texts of a file name."""
+    for node in nodes(path):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            name = node.value.partition(":")[0]
+            if name.startswith("ab_sim.") and name in MODULES:
+                yield name
+
+
 def room_of(module: str) -> str:
     """Return the package in `ORDER` that a module belongs to; a room without code is its own."""
     inner = ".".join(module.split(".")[1:3])
@@ -121,11 +131,24 @@ def test_a_room_knows_only_what_is_before_it() -> None:
     back = {
         f"{name} imports {found}"
         for name, wanted in all_imports().items()
-        for found in wanted
-        if name != "ab_sim" and (room := room_of(name)) != (other := room_of(found))
+        for found in wanted.union(named(MODULES[name]))
+        if name not in ("ab_sim", "ab_sim.base.registries")
+        if (room := room_of(name)) != (other := room_of(found))
         if PLACE[other] >= PLACE[room]
     }
     assert back == set()
+
+
+def test_registries_are_above_the_rooms_that_read_them() -> None:
+    """A registry that need not be in the table is imported instead."""
+    lowest = min(PLACE[room_of(name)] for name in REGISTRIES.values())
+    readers = [name for name, wanted in all_imports().items() if "ab_sim.base.registries" in wanted]
+    assert max(PLACE[room_of(name)] for name in readers) < lowest
+
+
+def test_no_module_imports_the_package_for_its_version() -> None:
+    package = {name for name, path in MODULES.items() if "ab_sim" in imports(name, path)}
+    assert not package - {"ab_sim"}
 
 
 def test_the_page_lists_every_package_from_the_top() -> None:

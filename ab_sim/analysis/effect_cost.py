@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import llvmlite
 import numpy as np
 
-import ab_sim
 from ab_sim.base.errors import DivergedError, InputError, SceneError
 from ab_sim.base.presentation import Column, Columns, Presented, Progress
+from ab_sim.base.version import __version__
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.engine.integrate.choose import choose_stepper
@@ -134,7 +134,7 @@ def conditions() -> dict[str, Any]:
     """Return machine, versions and date."""
     return {
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
-        "version": ab_sim.__version__,
+        "version": __version__,
         "clock": "CPU time of the thread",
         "machine": {
             "processor": _processor(),

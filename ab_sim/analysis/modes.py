@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
 
-import ab_sim
 from ab_sim.base.presentation import Column, Columns, Presented, number
+from ab_sim.base.version import __version__
 from ab_sim.model.dynamics.assemble import linearised, system_of
 from ab_sim.model.dynamics.at_rest import MATTERS, Linearised
 from ab_sim.scene.model import Scene
@@ -166,7 +166,7 @@ class NaturalVibration(Presented):
             "average": AVERAGE,
             "modes": [mode.report() for mode in self.modes],
             "over_speed": self.over_speed.report(),
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import ab_sim
 from ab_sim.analysis.comparison import Compared, Comparison, without_balls, without_period
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest
 from ab_sim.analysis.startup import AdaptiveOutcome
 from ab_sim.base.errors import AbSimError, InputError, exact
 from ab_sim.base.presentation import LAST, Columns, Presented, Progress, drawn, ends, number
+from ab_sim.base.version import __version__
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.drive.controllers import AdaptiveController, TimedDecision
@@ -145,7 +145,7 @@ class OfflineRun(Presented):
             "events": self.events,
             "steps_with_unresolved_events": self.steps_with_unresolved_events,
             "duration": duration,
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
 

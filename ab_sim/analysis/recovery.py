@@ -20,7 +20,6 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-import ab_sim
 from ab_sim.analysis.equilibria import Equilibria, RestingState, equilibria_of
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.analysis.equilibria.states import resting_state
@@ -36,6 +35,7 @@ from ab_sim.base.presentation import (
     last_stretch,
     number,
 )
+from ab_sim.base.version import __version__
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.drive import AT_ONCE
@@ -357,7 +357,7 @@ class RecoveryOverDrag(Presented):
                 "over_drag": _over(self.drags, one[1:]),
                 "best_drag": _best(self.drags, one[1:]),
             },
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
 

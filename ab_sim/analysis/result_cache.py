@@ -17,12 +17,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import ab_sim
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.base.errors import visible
 from ab_sim.base.files import cache_folder, write_whole
 from ab_sim.base.presentation import Progress
 from ab_sim.base.sources import NotOfSources, sources, versions
+from ab_sim.base.version import __version__
 from ab_sim.engine.integrate import steppers as steppers_folder
 from ab_sim.engine.integrate.registry import steppers
 from ab_sim.scene.model import Scene
@@ -110,7 +110,7 @@ class ResultCache:
         except NotOfSources as reason:
             _say(f"results are not cached: {reason}")
             return "", None
-        content = [what, scene.as_mapping(), numbers, ab_sim.__version__, made_of]
+        content = [what, scene.as_mapping(), numbers, __version__, made_of]
         key = hashlib.sha256(_canonical(content).encode()).hexdigest()
         if self._folder is None:
             return key, None

@@ -11,8 +11,9 @@ import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar, cast
+
+from ab_sim.base.registries import registry
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,8 +52,6 @@ def in_one_turn(angles: Angles) -> Angles:
     return angles + TURN * ((LAST_ANGLE - angles) // TURN)
 
 
-DRAWERS = "ab_sim.show.result_figures"
-"""Module that draws each ``_picture`` of a result."""
 ROWS = 8
 """Largest number of rows of a table in a notebook; the others are counted."""
 
@@ -131,7 +130,7 @@ class Presented:
 
 def drawn(picture: str, *results: object) -> Figure:
     """Return the figure of a result's ``_picture``."""
-    return cast("Figure", import_module(DRAWERS).figure_of(picture, *results))
+    return cast("Figure", registry("figures").figure_of(picture, *results))
 
 
 def data_frame(columns: Columns) -> DataFrame:

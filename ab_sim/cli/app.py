@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-import ab_sim
 from ab_sim.base.errors import visible
 from ab_sim.base.plug_ins import load_files
+from ab_sim.base.version import __version__
 from ab_sim.cli.analysis_commands import stability_and_vibration
 from ab_sim.cli.design_commands import choose_a_design
 from ab_sim.cli.node_commands import node_commands
@@ -64,7 +64,7 @@ def _visible_errors() -> Iterator[None]:
 
 def _version(show: bool) -> None:
     if show:
-        print(f"ab_sim {ab_sim.__version__}")
+        print(f"ab_sim {__version__}")
         raise typer.Exit()
 
 

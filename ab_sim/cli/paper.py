@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-import ab_sim
 from ab_sim.base.errors import InputError
 from ab_sim.base.files import check_can_be_made, check_writable, write_whole
 from ab_sim.base.presentation import Progress
@@ -18,7 +17,7 @@ from ab_sim.cli.runner import Command, Outcome
 if TYPE_CHECKING:
     from gallery import page as pages
 
-DOCS = Path(ab_sim.__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 """Folder of the docs in a checkout from which ab_sim is installed editable, or run."""
 
 

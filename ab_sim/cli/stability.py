@@ -8,7 +8,6 @@ from typing import Any, Literal
 
 from rich.table import Table
 
-import ab_sim
 from ab_sim.analysis.circulating import Reach
 from ab_sim.analysis.circulating.reach import END, SWING
 from ab_sim.analysis.coexisting import (
@@ -42,6 +41,7 @@ from ab_sim.analysis.maps.verdicts import CIRCULATES, NOT_KNOWN, name_of
 from ab_sim.api.resting import speeds_of_branches
 from ab_sim.base.errors import DivergedError, InputError, SceneError
 from ab_sim.base.presentation import NOTATION, Progress, in_one_turn
+from ab_sim.base.version import __version__
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.analysis_commands import EquilibriaOptions, StabilityOptions
 from ab_sim.cli.checks import check_speed, processes
@@ -82,7 +82,7 @@ def equilibria_command(options: EquilibriaOptions | StabilityOptions) -> Command
                 "over_speed": over_speed.report(),
                 "circulation": circulation.report(),
                 "other_motions": _other_motions(scene),
-                "version": ab_sim.__version__,
+                "version": __version__,
             }
 
         def shown() -> Iterator[Table | str]:

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import ab_sim
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.judging import limits_of
@@ -21,6 +20,7 @@ from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.analysis.result_cache import PointCheckpoint
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.base.presentation import Column, Columns, Presented, Progress, number
+from ab_sim.base.version import __version__
 from ab_sim.base.workers import Workers
 from ab_sim.design.batch import simulate_batch
 from ab_sim.drive.accuracy import resolve_accuracy
@@ -123,7 +123,7 @@ class Basin(Presented):
             "labels": self.labels.tolist(),
             "residual_unbalance": [[end.residual_unbalance for end in row] for row in self.ends],
             "final_whirl": [[end.whirl for end in row] for row in self.ends],
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
 

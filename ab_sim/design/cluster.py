@@ -28,11 +28,11 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from urllib.parse import urlsplit
 
-import ab_sim
 from ab_sim.analysis.result_cache import sources_and_versions
 from ab_sim.base.errors import AbSimError, InputError, short, visible
 from ab_sim.base.plug_ins import GROUP, LOAD, loaded_files
 from ab_sim.base.sources import NotOfSources
+from ab_sim.base.version import __version__
 from ab_sim.base.workers import KEPT, WorkerLost
 
 if TYPE_CHECKING:
@@ -289,7 +289,7 @@ def _failure(error: BaseException | None) -> AbSimError:
     if isinstance(error, ImportError | AttributeError):
         return ClusterUnusable(
             f"a worker has no ab_sim, or a different one: {_reason(error)}; install ab_sim "
-            f"{ab_sim.__version__} there"
+            f"{__version__} there"
         )
     return WorkerLost(f"a worker could not answer: {_reason(error)}; {KEPT}")
 
@@ -412,7 +412,7 @@ def _modules_in(pickled: bytes) -> set[str]:
 def _made_of(modules: frozenset[str]) -> dict[str, str]:
     digests, versions = sources_and_versions(modules)
     return {
-        f"{_INSTALLED}ab_sim": ab_sim.__version__,
+        f"{_INSTALLED}ab_sim": __version__,
         **{f"{_INSTALLED}{name}": version for name, version in versions.items()},
         **digests,
     }

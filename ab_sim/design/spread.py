@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import ab_sim
 from ab_sim.base.errors import InputError, SceneError, short
 from ab_sim.base.files import write_whole
 from ab_sim.base.presentation import Column, Columns, Presented
+from ab_sim.base.version import __version__
 from ab_sim.base.yaml_files import yaml_text
 from ab_sim.design.bounds import Bound
 from ab_sim.design.judged import Job, varied_scene
@@ -216,7 +216,7 @@ class Spread(Presented):
             "units": {name: self.runs.unit(name) for name in table.column_names},
             "balanced": self.balanced.tolist(),
             "runs": table.to_pydict(),
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
     def _facts(self) -> dict[str, str]:

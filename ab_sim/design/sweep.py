@@ -12,12 +12,12 @@ import numpy as np
 import pyarrow
 from pyarrow import csv, parquet
 
-import ab_sim
 from ab_sim.analysis.metrics.metric import Better
 from ab_sim.analysis.metrics.verdict import BALANCED
 from ab_sim.base.errors import InputError, SceneError, short
 from ab_sim.base.files import check_regular, replacing
 from ab_sim.base.presentation import Column, Columns, Presented, Progress, number, titled
+from ab_sim.base.version import __version__
 from ab_sim.base.workers import Workers
 from ab_sim.design.judged import (
     FAILURE,
@@ -237,7 +237,7 @@ class Sweep(Presented):
             "units": {name: self.unit(name) for name in self.table.column_names},
             "outcomes": self.outcomes,
             "runs": self.table.to_pydict(),
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
     def to_xarray(self) -> "Dataset":
@@ -363,7 +363,7 @@ def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
         "keys": list(job.keys),
         "metrics": list(job.metrics),
         "points": points.report(),
-        "version": ab_sim.__version__,
+        "version": __version__,
     }
     return table.cast(pyarrow.schema(fields, {ABOUT: json.dumps(metadata, allow_nan=False)}))
 

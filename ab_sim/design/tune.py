@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow
 
-import ab_sim
 from ab_sim.analysis.metrics.metric import Better
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Columns, Presented, Progress, number
+from ab_sim.base.version import __version__
 from ab_sim.base.workers import Workers
 from ab_sim.base.yaml_files import yaml_text
 from ab_sim.design.bounds import Bound
@@ -159,7 +159,7 @@ class Tuning(Presented):
         if self.scene is None:
             return ""
         aim = f"{self.task.aim}: {number(self.best)}"
-        lines = [f"made by ab-sim tune {ab_sim.__version__} of {self.runs.scene.name}, {aim}"]
+        lines = [f"made by ab-sim tune {__version__} of {self.runs.scene.name}, {aim}"]
         lines += [f"  with {bound}" for bound in self.task.bounds]
         head = "".join(f"# {line}\n" for line in lines)
         return head + yaml_text(self.scene.as_mapping())
@@ -190,7 +190,7 @@ class Tuning(Presented):
             ],
             "scene": None if self.scene is None else self.scene.as_mapping(),
             "runs": self.runs.report()["runs"],
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
     def _facts(self) -> dict[str, str]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-import ab_sim
+from ab_sim.base.version import __version__
 from ab_sim.drive.closed_forms import DrivenBalls, RotorWithoutBalls, balance_of
 from ab_sim.drive.observation import channels_of
 from ab_sim.engine.integrate.choose import choose_stepper
@@ -139,7 +139,7 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
     """
     radii, system = scene.balls.radii, system_of(scene)
     return {
-        "version": ab_sim.__version__,
+        "version": __version__,
         "scene": scene.as_mapping(),
         "effects": list(scene.effects),
         "sensors": list(scene.sensors),

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import ab_sim
 from ab_sim.base.errors import NOT_AS_WRITTEN, InputError, short, shortened
 from ab_sim.base.files import REPORT, check_ending, check_regular, check_writable, write_whole
 from ab_sim.base.numbers import MOST_TIME, entry, reason_of, whole
 from ab_sim.base.sources import NotOfSources, sources
+from ab_sim.base.version import __version__
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.pickup import PickupState
 from ab_sim.model.dynamics.assemble import MOST_ANGLE, state_bounds, system_of
@@ -101,7 +101,7 @@ def origin(*modules: str) -> dict[str, str]:
     Raises:
         InputError: the sources of a module have changed since it was imported.
     """
-    return {"ab_sim": ab_sim.__version__, "kernel": _kernel(*modules)}
+    return {"ab_sim": __version__, "kernel": _kernel(*modules)}
 
 
 def check_origin(path: Path, content: Mapping[str, Any], *modules: str) -> None:

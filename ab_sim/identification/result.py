@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-import ab_sim
 from ab_sim.base.presentation import Column, Columns, Presented, finite
+from ab_sim.base.version import __version__
 from ab_sim.base.yaml_files import yaml_text
 from ab_sim.identification.intervals import Estimate, Intervals
 from ab_sim.identification.knowledge import Knowledge
@@ -200,7 +200,7 @@ class Identification(Presented):
                 "notes": list(self.notes),
                 "runs": self.runs,
                 "seed": self.seed,
-                "version": ab_sim.__version__,
+                "version": __version__,
                 "fitted_scene": self.scene.as_mapping(),
             }
         )
@@ -208,7 +208,7 @@ class Identification(Presented):
     def scene_text(self) -> str:
         """Return the fitted scene as a file, with a header that states the uncertainty."""
         head = [
-            f"# Fitted by ab-sim identify {ab_sim.__version__}: {self.verdict}.",
+            f"# Fitted by ab-sim identify {__version__}: {self.verdict}.",
             *(f"# {text}" for text in (*self.reasons, *self.notes)),
             "# Intervals of 95 %:",
         ]

@@ -14,8 +14,8 @@ from rclpy.parameter import Parameter
 
 from ab_msgs_py.samples import HOUSING, frame_of
 from ab_msgs_py.services import Answer
-from ab_sim import __version__
 from ab_sim.base.errors import AbSimError, CommandError, InputError, SceneError, nearest
+from ab_sim.base.version import __version__
 from ab_sim.base.yaml_files import find_scene, read_scene_file, scene_names
 from ab_sim.drive.bodies import BodyPose, BodyRates, body_names, motion_of, moved
 from ab_sim.nodes.base_node import Goal, GoalServer

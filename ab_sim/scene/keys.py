@@ -9,12 +9,12 @@ import difflib
 import functools
 import math
 from collections.abc import Iterator, Sequence
-from importlib import import_module
 from typing import Any, NamedTuple
 
 from ab_sim.base.errors import InputError, exact, short
+from ab_sim.base.registries import registry
 from ab_sim.scene.registry import effect_classes
-from ab_sim.scene.schema import STEPPERS, Schema, bare_schema
+from ab_sim.scene.schema import Schema, bare_schema
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 ENTRY, NAME = "N", "NAME"
@@ -277,8 +277,8 @@ def unit_at(key: Key) -> str:
     Returns:
         "1" for dimensionless numbers; "-" for other values and unknown keys.
     """
-    registry = import_module(STEPPERS)
-    units_of_keys = _known(tuple(effect_classes().items()), tuple(registry.steppers()))
+    steppers = registry("steppers").steppers()
+    units_of_keys = _known(tuple(effect_classes().items()), tuple(steppers))
     for wanted in (key, key[:-1]) if key[-1].isdecimal() else (key,):
         units = {
             unit

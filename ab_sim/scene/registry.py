@@ -11,21 +11,14 @@ and one optional method:
 """
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
 from ab_sim.base.plug_ins import load_installed
+from ab_sim.base.registries import registry
 
 EffectClass = TypeVar("EffectClass", bound=type[Any])
-
-PROVIDER = "ab_sim.model.equations.effects"
-"""Module that registers the effects on import. It is imported on first use, because it imports this
-package and takes seconds to import, which not every use needs."""
-
-DECK_MODELS = "ab_sim.model.dynamics.registry"
-"""Module of the deck models, imported when needed for the same reasons."""
 
 _effects: dict[str, type[Any]] = {}
 
@@ -70,7 +63,7 @@ def register(
 
 def effect_classes() -> dict[str, type[Any]]:
     """Return all registered effects, in the order of registration."""
-    import_module(PROVIDER)
+    registry("effects")  # registers them on import
     load_installed()
     return dict(_effects)
 
@@ -88,5 +81,5 @@ def effect_parameters(effect: type[Any]) -> dict[str, dict[str, Any]]:
 
 def deck_model_ways() -> dict[str, int]:
     """Return the deck models by name, each with the number of axes along which its deck moves."""
-    models = import_module(DECK_MODELS).deck_models()
+    models = registry("deck models").deck_models()
     return {name: model.kind.AXES for name, model in models.items()}

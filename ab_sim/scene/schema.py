@@ -5,9 +5,9 @@ the race's, a step beyond a stability limit) are left to ``check_scene``.
 """
 
 import inspect
-from importlib import import_module
 from typing import Any
 
+from ab_sim.base.registries import registry
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import deck_model_ways, effect_classes, effect_parameters
 from ab_sim.scene.units import NUMBER
@@ -15,8 +15,6 @@ from ab_sim.scene.units import NUMBER
 Schema = dict[str, Any]
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-STEPPERS = "ab_sim.engine.integrate.registry"
-"""Module of the steppers. It is imported when it is needed, because it imports this package."""
 WITH_UNIT = rf"^\s*{NUMBER}\s*[A-Za-zµμ°(]"
 """Beginning of a number with its unit; ``check_scene`` checks the unit itself."""
 _BOUNDS = {
@@ -90,9 +88,11 @@ def _section(keys: Schema, needed: list[str]) -> Schema:
 
 def _add_steppers(solver: Schema) -> None:
     """Add the names of the steppers and their parameters."""
-    registry = import_module(STEPPERS)
-    taken = {name: dict(registry.parameters_of(name)) for name in registry.steppers()}
-    solver["properties"]["stepper"]["enum"] = [registry.AUTO, *taken]
+    stepper_registry = registry("steppers")
+    taken = {
+        name: dict(stepper_registry.parameters_of(name)) for name in stepper_registry.steppers()
+    }
+    solver["properties"]["stepper"]["enum"] = [stepper_registry.AUTO, *taken]
     numbers: Schema = {}
     for stepper, parameters in taken.items():
         for key, parameter in parameters.items():
@@ -108,7 +108,10 @@ def _add_steppers(solver: Schema) -> None:
     without_parameters = {"properties": {"parameters": {"maxProperties": 0}}}
     solver["allOf"] = [
         # Without a stepper, auto applies, too.
-        {"if": {"properties": {"stepper": {"const": registry.AUTO}}}, "then": without_parameters},
+        {
+            "if": {"properties": {"stepper": {"const": stepper_registry.AUTO}}},
+            "then": without_parameters,
+        },
     ] + [
         {
             "if": {"properties": {"stepper": {"const": name}}, "required": ["stepper"]},

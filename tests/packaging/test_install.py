@@ -94,7 +94,7 @@ def environment(**changes: str) -> dict[str, str]:
 
 
 def test_version_is_the_same_everywhere(tree: Path) -> None:
-    code = (tree / "ab_sim/__init__.py").read_text()
+    code = (tree / "ab_sim/base/version.py").read_text()
     version = re.search(r'^__version__ = "(.+)"$', code, re.MULTILINE).group(1)
     assert ElementTree.parse(tree / "package.xml").findtext("version") == version
     assert run_well(sys.executable, "setup.py", "--version", cwd=tree).splitlines()[-1] == version

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-import ab_sim
 from ab_sim.analysis.floquet.turn import MOST, STARTS, Orbit, TurnMap, find_orbit, within_turn
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.analysis.rest import rest_of
 from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.version import __version__
 from ab_sim.model.dynamics.system import RACE_HEIGHT
 from ab_sim.scene.model import Scene
 
@@ -102,7 +102,7 @@ class Stability:
             "iterations": self.orbit.iterations,
             "steps": self.orbit.steps,
             "halved_step_difference": self.difference,
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
 
@@ -115,7 +115,7 @@ def none_found(scene: Scene, speed: float) -> dict[str, Any]:
         "multipliers": None,
         "largest": None,
         "stable": None,
-        "version": ab_sim.__version__,
+        "version": __version__,
     }
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import ab_sim
 from ab_sim.analysis.circulating import why_not
 from ab_sim.analysis.equilibria.balanced import ALL, SAMPLED, known_positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
@@ -25,6 +24,7 @@ from ab_sim.analysis.maps.verdicts import (
 )
 from ab_sim.analysis.result_cache import PointCheckpoint
 from ab_sim.base.presentation import Column, Columns, Presented, Progress
+from ab_sim.base.version import __version__
 from ab_sim.base.workers import Workers
 
 COARSE = 8
@@ -141,7 +141,7 @@ class StabilityMap(Presented):
                 "share_not_known": float((self.circulating == NOT_KNOWN).mean()),
                 "not_looked_for": self.circulation_not_looked_for,
             },
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
 

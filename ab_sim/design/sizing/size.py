@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import ab_sim
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Column, Columns, Presented, number
+from ab_sim.base.version import __version__
 from ab_sim.base.yaml_files import yaml_text
 from ab_sim.design.sizing.claims import (
     CONTRADICTED,
@@ -90,7 +90,7 @@ class Sizing(Presented):
         """Return the scene's file with a header on its origin; empty without a scene."""
         if self.scene is None:
             return ""
-        lines = [f"made by ab-sim size {ab_sim.__version__}, for"]
+        lines = [f"made by ab-sim size {__version__}, for"]
         lines += [f"  {key}: {value:.6g}" for key, value in self.specification._asdict().items()]
         lines += [f"{c.claim}: {c.predicted}; runs: {c.seen} ({c.verdict})" for c in self.claims]
         head = "".join(f"# {line}\n" for line in lines)
@@ -109,7 +109,7 @@ class Sizing(Presented):
             "claims": [claim._asdict() for claim in self.claims],
             "tried": [{"balls": count, **runs.report()} for count, runs in self.tried],
             "scene": None if self.scene is None else self.scene.as_mapping(),
-            "version": ab_sim.__version__,
+            "version": __version__,
         }
 
     def _facts(self) -> dict[str, str]:

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree as Xml
 
-import ab_sim
 from ab_sim.base.errors import InputError
 from ab_sim.base.files import write_whole
+from ab_sim.base.version import __version__
 from ab_sim.export.c_code.declarations import OF_BALLS, OF_SENSORS, outputs
 from ab_sim.export.c_code.sources import DriveSources
 from ab_sim.export.c_code.templates import filled, in_html, one_line
@@ -142,7 +142,7 @@ def model_description(
         modelName=one_line(scene.name),
         instantiationToken=token,
         description=one_line(scene.description) or "A drive with a ball balancer",
-        generationTool=f"ab_sim {ab_sim.__version__}",
+        generationTool=f"ab_sim {__version__}",
     )
     Xml.SubElement(
         root,

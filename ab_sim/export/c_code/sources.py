@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import ab_sim
 from ab_sim.base.errors import InputError, SceneError, exact
 from ab_sim.base.files import check_can_be_made, replacing
+from ab_sim.base.version import __version__
 from ab_sim.drive import Drive
 from ab_sim.drive.observation import RowReader
 from ab_sim.engine.integrate.choose import (
@@ -225,7 +225,7 @@ def _values(drive: _Content) -> dict[str, str]:
     """Return the values for templates by name."""
     scene, step = drive.scene, drive.scene.solver.step
     about = {
-        "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {plain(scene.name)}.",
+        "MADE_BY": f"{MARK} of ab_sim {__version__}, of the scene {plain(scene.name)}.",
         "TITLE": _title(scene),
         "STEP_SHORT": f"{step:g}",
         "STEPPER": f"{drive.choice.stepper.name}, order {drive.choice.stepper.order}",
