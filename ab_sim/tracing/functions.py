@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from ab_sim.tracing import expression
 from ab_sim.tracing.expression import Expression
-from ab_sim.tracing.plain import multiply_add
 
 
 def cos(x: Any) -> Any:
@@ -32,6 +32,26 @@ def fma(a: Any, b: Any, c: Any) -> Any:
         if isinstance(x, Expression):
             return expression.fma(*(expression.lifted(x.graph, operand) for operand in (a, b, c)))
     return multiply_add(a, b, c)
+
+
+def multiply_add(a: float, b: float, c: float) -> float:
+    """Return a b + c, rounded once, as IEEE 754 defines it.
+
+    Python has no ``math.fma`` before 3.13; exact fractions replace it, as dividing two integers
+    rounds correctly.
+    """
+    if not (math.isfinite(a) and math.isfinite(b) and math.isfinite(c)):
+        return c if math.isfinite(a) and math.isfinite(b) else a * b + c
+    exact = Fraction(a) * Fraction(b) + Fraction(c)
+    if exact == 0:
+        # Fractions have no sign of zero. If both terms are zeros, floats add them with the right
+        # sign; terms that cancel give +0.
+        product = math.copysign(0.0, a) * math.copysign(1.0, b)
+        return product + c if a * b == 0 and c == 0 else 0.0
+    try:
+        return exact.numerator / exact.denominator
+    except OverflowError:
+        return math.inf if exact > 0 else -math.inf
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:

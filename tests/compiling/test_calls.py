@@ -110,7 +110,7 @@ def test_more_arguments_can_be_bound() -> None:
     assert bound(2, 2.0, out) == 4.5, "what it was made of is as it was"
     with pytest.raises(TypeError, match="scaled: by must be float, not 'a'"):
         third("a", out)
-    with pytest.raises(TypeError, match="missing 1 required positional argument: 'out'"):
+    with pytest.raises(TypeError, match="scaled: takes 4 arguments, 3 are given"):
         third(2.0)
     with pytest.raises(TypeError, match="scaled: k must be int, not 1.5"):
         bound.bind(1.5)
@@ -168,8 +168,8 @@ WRONG: list[tuple[Any, tuple[Any, ...], str]] = [
     (whole(), (1, 1.0, np.zeros((5, 2), ">f8")), "not >f8"),
     (whole(), (1, 1.0, np.zeros((2, 5)).T), r"C-contiguous.*strides \(8, 40\)"),
     (whole(), (1, 1.0, [[0.0]]), "not list"),
-    (whole(), (1, 1.0), "missing 1 required positional argument: 'out'"),
-    (whole(), (1, 1.0, np.zeros((5, 2)), 3), "4 were given"),
+    (whole(), (1, 1.0), "scaled: takes 4 arguments, 3 are given"),
+    (whole(), (1, 1.0, np.zeros((5, 2)), 3), "takes 4 arguments, 5 are given"),
     (whole().own, (1, 1.0, np.zeros((5, 2))), "scaled: whole must be a Whole, not Own"),
     (whole()._replace(count=1.5), (1, 1.0, np.zeros((5, 2))), "whole.count must be int"),
     (Whole(whole().own._replace(x=np.zeros(9)[::2]), 1), (), "whole.own.x must be a 1-D"),

@@ -21,9 +21,9 @@ from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.tracing import Expression, Graph, lowered
 from ab_sim.tracing.expression import reachable_nodes
-from ab_sim.tracing.plain import python_function
 from tests.conftest import THESIS, merge
 from tests.effects.parts import NO_LOSSES, scene_of
+from tests.tracing.plain import python_function
 
 METHODS = set(re.findall(r"(\w+)\(self", effects.__doc__ or "")) - {"check_scene"}
 """What an effect may have; the folder's documentation is the list."""

@@ -17,7 +17,7 @@ from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.tracing import Graph, lowered
 from ab_sim.tracing.expression import reachable_nodes
 from ab_sim.tracing.lowering import name_of, unrolled
-from ab_sim.tracing.plain import python_function
+from tests.tracing.plain import python_function
 
 EFFECTS = effect_classes()
 

@@ -8,7 +8,7 @@ import pytest
 
 from ab_sim.tracing import Graph, Level, cos, lowered, sin, sqrt, where
 from ab_sim.tracing.derivatives import NotAnalyticError, PowerSeries
-from ab_sim.tracing.plain import python_function
+from tests.tracing.plain import python_function
 
 AT, ORDER = 0.7, 9
 """Where, and up to which power."""

@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ab_sim.tracing import Expression, Graph, cos, lowered, sin, sqrt, total, where
+from ab_sim.tracing.functions import multiply_add
 from ab_sim.tracing.llvm_text import Shape
-from ab_sim.tracing.plain import multiply_add
 from tests.tracing.ways_out import EACH, NAMES, Inputs, by_c, by_machine, by_plain
 
 RUNS = 8

@@ -12,7 +12,7 @@ from ab_sim.tracing.expression import Expression
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 from ab_sim.tracing.lowering import name_of, unrolled
 from ab_sim.tracing.machine_code import MachineCode
-from ab_sim.tracing.plain import python_function
+from tests.tracing.plain import python_function
 
 Inputs = dict[str, np.ndarray]
 """Values of each input by name, shape (runs,), or (runs, balls) for an input per ball."""
