@@ -29,7 +29,6 @@ from ab_sim.scene.model import Scene
 
 AT_ONCE = 10_000
 """Number of steps after which samples are decimated, if not all are kept, to limit memory."""
-ONE = 1  # an argument that is this object needs no check of its type
 
 
 class Drive:
@@ -259,7 +258,8 @@ class Drive:
         DivergedError
             The state went beyond all bounds; the drive keeps its last valid state.
         """
-        if steps is every is ONE and self.controller is None:  # live, a thousand times a second
+        # Live, a thousand times a second. True equals 1, and is refused below.
+        if steps == 1 == every and type(steps) is type(every) is int and self.controller is None:
             self._take(self._step_plan, 1, self._row)
             self.steps += 1
             return self._reader.trajectory(self._row.array.copy())

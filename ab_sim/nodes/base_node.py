@@ -20,7 +20,9 @@ from rclpy.service import Service
 from ab_msgs_py import Health, Level, Task, topics
 from ab_msgs_py.services import CHANGE_STATE, Answer, answer_waiting, serve_switch, serve_trigger
 from ab_sim.base.errors import AbSimError, Interrupted, visible
-from ab_sim.nodes.parameters import PARAMETERS, changed_parameters
+
+PARAMETERS = "parameters"
+"""Key in a node's diagnostics, and first word of the log entry, with its changed parameters."""
 
 
 class BaseNode(Node):
@@ -28,6 +30,28 @@ class BaseNode(Node):
 
     As a base class, it must come before ``LifecycleNode``.
     """
+
+    parameter_defaults: Mapping[str, Any] = {
+        "use_sim_time": False,
+        "start_type_description_service": True,
+    }
+    """Defaults of the declared parameters, by name, which ROS does not store; at first those of the
+    parameters that ROS declares for every node."""
+
+    def parameter_values(self) -> dict[str, Any]:
+        """Return the values of the declared parameters, without the QoS of topics."""
+        declared = self.get_parameters_by_prefix("")
+        return {name: declared[name].value for name in declared if "." not in name}
+
+    def changed_parameters(self) -> str:
+        """Return a text with the parameters that differ from their defaults, and their values."""
+        defaults = self.parameter_defaults
+        changed = [
+            f"{name} = {value!r}"
+            for name, value in sorted(self.parameter_values().items())
+            if name not in defaults or value != defaults[name]
+        ]
+        return f"{', '.join(changed)}; others have their defaults" if changed else "all defaults"
 
     def get_logger(self) -> RcutilsLogger:
         """Return the node's logger, which makes control characters in messages visible."""
@@ -317,7 +341,7 @@ class DiagnosticsPublisher:
         task: task of the node, which is part of the entry's name.
     """
 
-    def __init__(self, node: Node, task: Task) -> None:
+    def __init__(self, node: BaseNode, task: Task) -> None:
         self._node, self._task = node, task
         self._topic = topics.DIAGNOSTICS.publisher(node)
         self._level = Level.OK
@@ -345,7 +369,7 @@ class DiagnosticsPublisher:
             True if the text has been logged, now or before.
         """
         name = self._node.get_fully_qualified_name()
-        entries = {**(values or {}), PARAMETERS: changed_parameters(self._node)}
+        entries = {**(values or {}), PARAMETERS: self._node.changed_parameters()}
         health = Health(name, self._task, level, text, entries, self.hardware, time_ns)
         self._topic.publish(topics.DIAGNOSTICS.message(health))
         before, self._level = self._level, level

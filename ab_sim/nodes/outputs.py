@@ -31,7 +31,7 @@ from ab_sim.drive.published import (
 from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.drive.turn_vector import TurnVector
 from ab_sim.drive.urdf import urdf_of
-from ab_sim.nodes.base_node import DiagnosticsPublisher
+from ab_sim.nodes.base_node import BaseNode, DiagnosticsPublisher
 from ab_sim.scene import Scene
 from ab_sim.scene.sensors import SPINDLE, steps_per_sample
 
@@ -209,7 +209,7 @@ class Outputs:
         clock: whether simulated time is published.
     """
 
-    def __init__(self, node: Node, scene: str, hardware: str, clock: bool) -> None:
+    def __init__(self, node: BaseNode, scene: str, hardware: str, clock: bool) -> None:
         self._node, self._hardware = node, hardware
         self._namespace = node.get_namespace()
         self._block = topics.BLOCK.publisher(node)

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -24,14 +23,11 @@ from ab_sim.base.errors import AbSimError, InputError, nearest, short
 from ab_sim.base.files import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.base.plug_ins import load_files
 from ab_sim.base.yaml_files import read_yaml_file
+from ab_sim.nodes.base_node import PARAMETERS, BaseNode
 from ab_sim.scene.units import NO_UNIT
 
 Values = Mapping[str, Any]
 """Values of parameters by name."""
-_DEFAULTS: WeakKeyDictionary[Node, dict[str, Any]] = WeakKeyDictionary()
-"""Defaults of the declared parameters of each node, by name; ROS does not store them."""
-_ROS_DEFAULTS = {"use_sim_time": False, "start_type_description_service": True}
-"""Defaults of the parameters that ROS declares for every node."""
 
 
 class ParameterSpec(NamedTuple):
@@ -104,7 +100,6 @@ class ParameterSpec(NamedTuple):
             raise InputError(
                 f"parameter {self.name}: must be {self.allowed_text}: {error}"
             ) from error
-        _DEFAULTS.setdefault(node, dict(_ROS_DEFAULTS))[self.name] = self.default
         return self.checked(value)
 
 
@@ -131,14 +126,16 @@ class Parameters:
             message has the nearest name.
     """
 
-    def __init__(self, node: Node, specs: Iterable[ParameterSpec]) -> None:
+    def __init__(self, node: BaseNode, specs: Iterable[ParameterSpec]) -> None:
         self._node = node
         self._specs = {spec.name: spec for spec in specs}
         self.values: Values = {name: spec.declare(node) for name, spec in self._specs.items()}
         """Present values, by name."""
+        defaults = {name: spec.default for name, spec in self._specs.items()}
+        node.parameter_defaults = {**node.parameter_defaults, **defaults}
         _refuse_undeclared(node)
         load_files(filter(None, self.values.get(LOAD.name, ())), f"parameter {LOAD.name} =")
-        node.get_logger().info(f"{PARAMETERS}: {changed_parameters(node)}")
+        node.get_logger().info(f"{PARAMETERS}: {node.changed_parameters()}")
 
     def accept_changes(
         self, validate: Callable[[Values], None], apply: Callable[[Values, Values], None]
@@ -192,16 +189,14 @@ QOS_POLICIES: dict[str, Sequence[str]] = {
 ALIKE = 0.8
 """Similarity above which an unknown parameter in a section for all nodes may be a misspelt one of
 this node."""
-PARAMETERS = "parameters"
-"""Key in a node's diagnostics, and first word of the log entry, with its changed parameters."""
 
 
-def _refuse_undeclared(node: Node) -> None:
+def _refuse_undeclared(node: BaseNode) -> None:
     """Refuse values for undeclared parameters.
 
     Overrides of a topic's QoS are declared with the topic: only their form is checked here.
     """
-    declared, shared, foreign = list(_values(node)), _shared_parameters(sys.argv), []
+    declared, shared, foreign = list(node.parameter_values()), _shared_parameters(sys.argv), []
     for name, parameter in node.handle.get_parameters(Parameter).items():
         if name.startswith(QOS):
             _check_override(name, parameter.value)
@@ -248,23 +243,6 @@ def _flat(parameters: Mapping[str, Any]) -> Iterator[str]:
             yield from (f"{name}.{inner}" for inner in _flat(value))
         else:
             yield name
-
-
-def changed_parameters(node: Node) -> str:
-    """Return a text with the parameters that differ from their defaults, and their values."""
-    defaults = _DEFAULTS.get(node, _ROS_DEFAULTS)
-    changed = [
-        f"{name} = {value!r}"
-        for name, value in sorted(_values(node).items())
-        if name not in defaults or value != defaults[name]
-    ]
-    return f"{', '.join(changed)}; others have their defaults" if changed else "all defaults"
-
-
-def _values(node: Node) -> dict[str, Any]:
-    """Return the values of the declared parameters, without the QoS of topics."""
-    declared = node.get_parameters_by_prefix("")
-    return {name: declared[name].value for name in declared if "." not in name}
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:

@@ -17,10 +17,9 @@ from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.base.numbers import number_in
-from ab_sim.nodes.base_node import BaseNode, DiagnosticsPublisher
+from ab_sim.nodes.base_node import PARAMETERS, BaseNode, DiagnosticsPublisher
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.parameters import (
-    PARAMETERS,
     Parameters,
     ParameterSpec,
     recording_file,

@@ -441,7 +441,7 @@ def _check_effects(
     for name, effect in scene.effects.items():
         acts_there = any(hasattr(effect, method) for method in others)
         if acts_there and not any(hasattr(effect, method) for method in methods):
-            instead = "; describe the springs as mounts" if others is IN_PLANE else ""
+            instead = "; describe the springs as mounts" if others == IN_PLANE else ""
             raise ValueError(
                 f"effects.{name}: acts on {whose} only, and {here}; remove it{instead}"
             )

@@ -31,11 +31,11 @@ def with_plain_texts(figure: Drawn) -> Drawn:
     that a font or an SVG lacks are written as escapes. Only matplotlib's own axis numbers are
     formulas.
     """
-    numbers = {id(axis.get_offset_text()) for axis in figure.findobj(Axis)}
+    numbers = {axis.get_offset_text() for axis in figure.findobj(Axis)}
     for tick in figure.findobj(Tick):
-        numbers |= {id(tick.label1), id(tick.label2)}
+        numbers |= {tick.label1, tick.label2}
     for text in figure.findobj(Text):
-        if isinstance(text, Text) and id(text) not in numbers:
+        if isinstance(text, Text) and text not in numbers:
             text.set_parse_math(False)
             text.set_text(visible(text.get_text()))
     return figure
