@@ -214,3 +214,5 @@ def _cell(value: object) -> str:
 Progress = Callable[[str, int, int], None]
 """Callback that gets the name of the current work, the finished count and the total count. An
 exception that it raises ends the work."""
+CountProgress = Callable[[int, int], None]
+"""Callback that gets the finished count and the total count, like ``Progress``."""

@@ -1,7 +1,7 @@
 """Commands that convert recordings and bags: `ab-sim export`, `import`, `replay` and `repair`."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from ab_sim.base.files import (
     check_folder,
     check_writable,
 )
-from ab_sim.base.presentation import Progress
+from ab_sim.base.presentation import CountProgress, Progress
 from ab_sim.cli.checks import check_positive, require_ros
 from ab_sim.cli.outputs import people, print_written, results
 from ab_sim.cli.progress import progress_bar
@@ -192,6 +192,6 @@ def replay_command(options: ReplayOptions) -> None:
 
 
 @contextmanager
-def _seconds_of(bag: Path) -> Iterator[Callable[[int, int], None]]:
+def _seconds_of(bag: Path) -> Iterator[CountProgress]:
     with progress_bar(bag.name) as update:
         yield lambda done, of: update("s", done, of)

@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
 from ab_sim.base.errors import InputError, exact, nearest
-from ab_sim.base.presentation import Column, Columns, Presented, ends
+from ab_sim.base.presentation import Column, Columns, CountProgress, Presented, ends
 from ab_sim.design.batch.judging import judged_parts
 from ab_sim.design.batch.prepared_run import steps_of
 from ab_sim.design.batch.run_prepared import run_prepared
@@ -102,7 +102,7 @@ def sensitivities(
     *,
     channels: Sequence[str] | None = None,
     times: Sequence[float] | np.ndarray | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: CountProgress | None = None,
 ) -> Sensitivities:
     """Differentiate channels of a scene's run by values of the scene.
 
@@ -345,7 +345,7 @@ def metric_sensitivities(
     keys: Sequence[str],
     metrics: Sequence[str],
     *,
-    progress: Callable[[int, int], None] | None = None,
+    progress: CountProgress | None = None,
 ) -> MetricSensitivities:
     """Differentiate metrics of a scene's run by values of the scene.
 

@@ -18,6 +18,7 @@ from ab_msgs_py import topics
 from ab_msgs_py.ros_messages import class_of
 from ab_msgs_py.services import PAUSE, Answer
 from ab_sim.base.errors import InputError, Interrupted
+from ab_sim.base.presentation import CountProgress
 from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.process import run_node
 from ab_sim.record.bags import Bag
@@ -30,9 +31,6 @@ GLANCE = 0.05
 """Time between two checks for a pause or a stop [s]."""
 LAST_WORDS = 5.0
 """Longest time for subscribers to acknowledge the last messages [s]."""
-
-Progress = Callable[[int, int], None]
-"""Callback that receives the finished and the total seconds of the bag."""
 
 
 class BagReplay(BaseNode):
@@ -78,7 +76,7 @@ class BagReplay(BaseNode):
         self._paused = pause
         return True, "paused" if pause else "running"
 
-    def run(self, stopping: threading.Event, progress: Progress) -> int:
+    def run(self, stopping: threading.Event, progress: CountProgress) -> int:
         """Publish all messages, wait until they have arrived, and return their number.
 
         Args:
@@ -151,7 +149,7 @@ def replay(
     namespace: str | None,
     rate: float,
     paused: bool,
-    bar: Callable[[], AbstractContextManager[Progress]],
+    bar: Callable[[], AbstractContextManager[CountProgress]],
 ) -> None:
     """Replay a bag, close the progress bar, and exit the process.
 
@@ -173,7 +171,7 @@ def replay(
 def _run(
     node: BagReplay,
     stopping: threading.Event,
-    bar: Callable[[], AbstractContextManager[Progress]],
+    bar: Callable[[], AbstractContextManager[CountProgress]],
 ) -> None:
     for name, why in node.left_out.items():
         node.get_logger().warning(f"{name} is not published: {why}")

@@ -1,7 +1,7 @@
 """Data of a report, gathered from a recording block by block."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from ab_sim.analysis.metrics import Metrics, metrics_of_blocks, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.base.errors import AbSimError, InputError
-from ab_sim.base.presentation import last_stretch
+from ab_sim.base.presentation import CountProgress, last_stretch
 from ab_sim.drive.closed_forms import RotorWithoutBalls, WhirlWithoutBalls, driving_forces
 from ab_sim.drive.observation import channels_of
 from ab_sim.drive.trajectory import Trajectory, is_ball_angle
@@ -97,9 +97,7 @@ class RunData:
         return self.run.notes.scalars.get("real_time_factor", np.empty((0, 2)))[:, 1]
 
 
-def gather(
-    run: StoredRun, name: str, progress: Callable[[int, int], None] | None = None
-) -> RunData:
+def gather(run: StoredRun, name: str, progress: CountProgress | None = None) -> RunData:
     """Read a recording in several passes, block by block, and keep the data of a report.
 
     Args:

@@ -1,6 +1,6 @@
 """Evaluation of runs as they are computed: samples stay in memory until metrics are known."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from ab_sim.analysis.metrics.judging import JudgedRuns
 from ab_sim.analysis.metrics.metric import metrics_named
 from ab_sim.analysis.metrics.of_run import metrics_of_runs
+from ab_sim.base.presentation import CountProgress
 from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.design.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
 from ab_sim.design.batch.run_columns import RunColumns
@@ -167,7 +168,7 @@ def run_and_judge(
     prepared: Sequence[PreparedRun],
     every: int,
     keys: Sequence[str],
-    progress: Callable[[int, int], None] | None = None,
+    progress: CountProgress | None = None,
 ) -> tuple[DoneRuns, dict[str, list[Any]]]:
     """Run prepared runs, compute their metrics, and keep samples.
 

@@ -1,12 +1,13 @@
 """Prepared runs with samples, computed eight side by side if possible, otherwise one by one."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ab_sim.base.errors import DivergedError
+from ab_sim.base.presentation import CountProgress
 from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.design.batch.prepared_run import BatchRun, PreparedRun, grouped
 from ab_sim.drive import Drive
@@ -69,7 +70,7 @@ class DoneRuns(NamedTuple):
 def run_prepared(
     prepared: Sequence[PreparedRun],
     every: int,
-    progress: Callable[[int, int], None] | None = None,
+    progress: CountProgress | None = None,
 ) -> DoneRuns:
     """Run prepared runs, equal kinds side by side if possible.
 

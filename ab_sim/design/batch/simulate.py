@@ -1,7 +1,7 @@
 """Many runs of one scene at once, eight side by side."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, overload
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ab_sim.analysis.metrics.metric import MetricKind, metrics_named
 from ab_sim.base.errors import InputError, SceneError, short
-from ab_sim.base.presentation import Column, Columns, Presented, ends, number
+from ab_sim.base.presentation import Column, Columns, CountProgress, Presented, ends, number
 from ab_sim.design.batch.judging import judged_parts, run_and_judge
 from ab_sim.design.batch.prepared_run import BatchRun, PreparedRun, steps_of
 from ab_sim.design.batch.run_columns import columns_of
@@ -197,7 +197,7 @@ def simulate_batch(
     variations: Variations,
     every: int = 1,
     *,
-    progress: Callable[[int, int], None] | None = None,
+    progress: CountProgress | None = None,
     metrics: Iterable[str] | None = None,
     samples: bool | None = None,
 ) -> Batch:
@@ -290,7 +290,7 @@ def _metrics_only(
     scene: Scene,
     variations: Sequence[Mapping[str, object]],
     keys: Sequence[str],
-    progress: Callable[[int, int], None] | None,
+    progress: CountProgress | None,
 ) -> Batch:
     """Evaluate runs without keeping their samples."""
     scene, _ = resolve_accuracy(scene)

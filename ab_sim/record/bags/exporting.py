@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from ab_msgs_py import Block, Topic, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import Event
 from ab_sim.base.errors import RecordingError, SceneError
+from ab_sim.base.presentation import CountProgress
 from ab_sim.drive.closed_forms import driving_forces
 from ab_sim.drive.published import CONSTANTS, STATE_TOPICS, StateChannels
 from ab_sim.drive.trajectory import Trajectory, balls_in
@@ -42,7 +43,7 @@ def export_bag(
     path: Path | str,
     namespace: str = "/",
     rate: float = STATE_RATE,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: CountProgress = lambda done, of: None,
 ) -> int:
     """Write a recording as a bag, a few samples at a time, and return the number of messages.
 
@@ -124,7 +125,7 @@ class _Samples:
         except (SceneError, LookupError, TypeError, ValueError):
             pass  # The recording is of another program: driving forces are unknown.
 
-    def messages(self, progress: Callable[[int, int], None]) -> Iterator[TimedMessage]:
+    def messages(self, progress: CountProgress) -> Iterator[TimedMessage]:
         """Yield all messages, sorted by time."""
         extent, done = self._run.extent, 0
         begin = nanoseconds(extent.first[1])

@@ -14,6 +14,7 @@ from ab_msgs_py import Block, Health, Level, Topic, topics
 from ab_msgs_py.samples import Event
 from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
 from ab_sim.base.errors import InputError, RecordingError
+from ab_sim.base.presentation import CountProgress
 from ab_sim.record.bags import contract
 from ab_sim.record.bags.contract import DECIMATED, NOTE, NUMBER, IgnoredMessages, decoded
 from ab_sim.record.bags.foreign_bag import ForeignBag
@@ -229,7 +230,7 @@ def import_bag(
     path: Path | str,
     out: Path,
     namespace: str | None = None,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: CountProgress = lambda done, of: None,
     rows_of: str | None = None,
 ) -> ImportedBag:
     """Convert a bag to recordings.

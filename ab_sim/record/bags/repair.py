@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ import psutil
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.base.files import check_regular, is_being_written
+from ab_sim.base.presentation import CountProgress
 from ab_sim.record.bags.reader import Bag
 from ab_sim.record.bags.unfinished_bag import (
     METADATA,
@@ -38,7 +38,7 @@ class BagRepair(NamedTuple):
 
 
 def repair_bag(
-    path: Path | str, progress: Callable[[int, int], None] = lambda done, of: None
+    path: Path | str, progress: CountProgress = lambda done, of: None
 ) -> BagRepair | None:
     """Repair a bag that has no end; all complete messages are kept, bit for bit.
 
@@ -112,7 +112,7 @@ def _file_of(path: Path) -> Path:
     return files[0]
 
 
-def _copy(file: Path, repaired: Path, progress: Callable[[int, int], None]) -> int:
+def _copy(file: Path, repaired: Path, progress: CountProgress) -> int:
     """Copy the readable messages of a file to a new bag, and return their number."""
     with Bag(file) as torn, BagWriter(repaired.parent, repaired.name) as bag:
         for name, topic in torn.topics.items():
