@@ -43,6 +43,54 @@ FIRST_BALLS = (ORANGE, PURPLE, SKY)
 SERIES = (BLUE, GREEN, VERMILION)
 """Colours of the first curves of one kind that are not balls, such as the three tilts."""
 
+GOOD: Colour = (44, 154, 85)
+"""Colour of drives that balance."""
+GOOD_IN_PART: Colour = (166, 217, 106)
+"""Colour of parameters at which some of the stable states are balanced."""
+RINGING: Colour = (159, 211, 169)
+"""Colour of drives that will balance, but still ring down."""
+BAD: Colour = (215, 64, 58)
+"""Colour of drives that do not balance, of single runs whose balls circulate, and of bounds."""
+CHANGING: Colour = (232, 139, 45)
+"""Colour of drives that have not settled, and of a scene before it is tuned."""
+STILL_CHANGING: Colour = (242, 180, 71)
+"""Colour of areas in which drives have not settled."""
+CIRCULATING: Colour = (106, 81, 163)
+"""Colour of areas in which balls circulate."""
+STOPPED: Colour = (122, 79, 163)
+"""Colour of runs that were aborted, or have no value."""
+NO_STATE: Colour = (59, 59, 59)
+"""Colour of parameters without a resting state, and of diverged runs."""
+DARK: Colour = (26, 26, 26)
+MEDIUM: Colour = (90, 90, 90)
+"""Colours of marks and hatches."""
+UNDECIDED: Colour = (189, 189, 189)
+OUTSIDE: Colour = (201, 201, 201)
+NO_VALUE: Colour = (217, 217, 217)
+LEFT_OUT: Colour = (228, 228, 228)
+"""Colours of what is not decided, out of bounds, without a value, or not computed."""
+PREDICTED: Colour = (136, 136, 136)
+DOT: Colour = (154, 154, 154)
+MAIN: Colour = (43, 108, 163)
+"""Colour of the main curve or bar of a study of many runs."""
+MAIN_DARK: Colour = (31, 78, 140)
+MAIN_PALE: Colour = (185, 207, 227)
+"""Colours of its second and third part."""
+OPPOSITE: Colour = (196, 98, 45)
+"""Colour of bars in the direction opposite to those in ``MAIN_DARK``."""
+BEST: Colour = (179, 0, 125)
+WINDOW: Colour = (127, 191, 123)
+CHOSEN: Colour = (27, 110, 46)
+"""Colours of the best run, of a window of possible values, and of the chosen value."""
+UNBALANCED_STATES: Sequence[Colour] = (
+    (242, 180, 71), (232, 139, 45), (201, 143, 85), (239, 208, 140),
+)  # fmt: skip
+"""Colours of areas whose stable states are all unbalanced."""
+BALANCED_TOO: Sequence[Colour] = (
+    (79, 163, 181), (127, 199, 196), (75, 127, 176), (155, 184, 221),
+)  # fmt: skip
+"""Colours of areas with stable balance and other stable states."""
+
 ON_LIGHT, ON_BOTH = (0.35, 0.76), (0.45, 0.8)
 """Lightness (0 black, 1 white) that is visible on a light background, and on light and dark
 ones."""

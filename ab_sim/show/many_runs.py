@@ -14,6 +14,8 @@ from matplotlib.lines import Line2D
 
 from ab_sim.analysis.metrics.metric import Better, metrics_named
 from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.base import palette
+from ab_sim.base.palette import hexadecimal
 from ab_sim.design.derivatives import MetricSensitivities
 from ab_sim.design.judged import ABORTED, FAILED, OUTCOME, metric_columns
 from ab_sim.design.sweep import Sweep
@@ -21,18 +23,19 @@ from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Tuning
 from ab_sim.scene.keys import scene_keys
 from ab_sim.show.saved import ResultFigure
 
+CHANGING, LEFT_OUT = hexadecimal(palette.CHANGING), hexadecimal(palette.STOPPED)
 MARKS = {
-    Verdict.CHANGING.value: ("o", "#e88b2d"),
-    Verdict.UNSETTLED.value: ("o", "#e88b2d"),
-    Verdict.CIRCULATES.value: ("^", "#d7403a"),
-    ABORTED: ("v", "#7a4fa3"),
-    FAILED: ("x", "#1a1a1a"),
+    Verdict.CHANGING.value: ("o", CHANGING),
+    Verdict.UNSETTLED.value: ("o", CHANGING),
+    Verdict.CIRCULATES.value: ("^", hexadecimal(palette.BAD)),
+    ABORTED: ("v", LEFT_OUT),
+    FAILED: ("x", hexadecimal(palette.DARK)),
 }
 """Markers and colours of runs that did not settle, by outcome."""
-BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: "#9a9a9a"}
+BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: hexadecimal(palette.DOT)}
 """Fill colours of the dots that mark balanced runs on maps, by outcome."""
-NO_VALUE = "#d9d9d9"
-LINE, BEST = "#2b6ca3", "#b3007d"
+NO_VALUE = hexadecimal(palette.NO_VALUE)
+LINE, BEST = hexadecimal(palette.MAIN), hexadecimal(palette.BEST)
 WIDE = 30.0
 """Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
 MOST_KEYS = 6
@@ -279,7 +282,7 @@ def _title(sweep: Sweep) -> str:
     return f"{sweep.scene.name}, {len(sweep.table)} runs"
 
 
-OUTSIDE, BEFORE, LEFT_OUT = "#c9c9c9", "#e88b2d", "#7a4fa3"
+OUTSIDE, BEFORE = hexadecimal(palette.OUTSIDE), CHANGING
 WITHOUT_VALUE: dict[str, Any] = {"ls": "", "marker": "x", "color": LEFT_OUT}
 NOT_BALANCED: dict[str, Any] = {"ls": "", "marker": "o", "color": "white"}
 BEFORE_DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
@@ -422,7 +425,7 @@ def _tuning_legend(tuning: Tuning) -> list[Line2D]:
     return handles
 
 
-MORE, LESS = "#1f4e8c", "#c4622d"
+MORE, LESS = hexadecimal(palette.MAIN_DARK), hexadecimal(palette.OPPOSITE)
 MOST = 25
 """Largest number of bars in a panel, those with the most influence."""
 SMALL = 1e-6

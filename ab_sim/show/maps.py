@@ -25,6 +25,8 @@ from ab_sim.analysis.maps.verdicts import (
     UNDECIDED,
     name_of,
 )
+from ab_sim.base import palette
+from ab_sim.base.palette import hexadecimal
 from ab_sim.base.presentation import NOTATION
 from ab_sim.design import basin as basins
 from ab_sim.design.basin import Basin
@@ -32,21 +34,24 @@ from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import distinct_colours
 
 COLOURS = {
-    EVERYWHERE: "#2c9a55",
-    SOMEWHERE: "#a6d96a",
-    NOTHING: "#d7403a",
-    NO_STATE: "#3b3b3b",
-    UNDECIDED: "#bdbdbd",
+    EVERYWHERE: hexadecimal(palette.GOOD),
+    SOMEWHERE: hexadecimal(palette.GOOD_IN_PART),
+    NOTHING: hexadecimal(palette.BAD),
+    NO_STATE: hexadecimal(palette.NO_STATE),
+    UNDECIDED: hexadecimal(palette.UNDECIDED),
 }
 """Colours of some labels; for other labels see ``colours_of``."""
-ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
+ONLY_UNBALANCED = tuple(map(hexadecimal, palette.UNBALANCED_STATES))
 """Colours of labels whose stable states are all unbalanced."""
-BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
+BALANCED_TOO = tuple(map(hexadecimal, palette.BALANCED_TOO))
 """Colours of labels with stable balance and other stable states; the start decides between them."""
 WARM, COOL = (50.0, 105.0), (185.0, 290.0)
 """Hues of further colours of these two groups [deg], see ``ab_sim.base.palette``."""
 LIGHTNESS = (0.35, 0.9)
-HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
+HATCHES = {
+    CIRCULATES: ("///", hexadecimal(palette.DARK)),
+    NOT_KNOWN: ("..", hexadecimal(palette.MEDIUM)),
+}
 """Pattern and colour of areas in which balls can circulate, or in which that is unknown."""
 BLUR, NEAR = 2.0, 0.02
 """Standard deviation of the smoothing of borders [points], and least distance of a value from 0.5.
@@ -198,13 +203,13 @@ def colours_of(labels: Sequence[int]) -> dict[int, str]:
 
 
 END_COLOURS = {
-    basins.BALANCED: "#2c9a55",
-    basins.RINGING_DOWN: "#9fd3a9",
-    basins.NOT_BALANCED: "#d7403a",
-    basins.CHANGING: "#f2b447",
-    basins.CIRCULATING: "#6a51a3",
-    basins.DIVERGED: "#3b3b3b",
-    basins.LEFT_OUT: "#e4e4e4",
+    basins.BALANCED: hexadecimal(palette.GOOD),
+    basins.RINGING_DOWN: hexadecimal(palette.RINGING),
+    basins.NOT_BALANCED: hexadecimal(palette.BAD),
+    basins.CHANGING: hexadecimal(palette.STILL_CHANGING),
+    basins.CIRCULATING: hexadecimal(palette.CIRCULATING),
+    basins.DIVERGED: hexadecimal(palette.NO_STATE),
+    basins.LEFT_OUT: hexadecimal(palette.LEFT_OUT),
 }
 
 

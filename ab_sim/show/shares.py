@@ -6,14 +6,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from ab_sim.base import palette
+from ab_sim.base.palette import hexadecimal
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread, share_text
 from ab_sim.design.statistics import ShareBalanced
 from ab_sim.show.many_runs import is_wide
 from ab_sim.show.saved import ResultFigure
 
-TOTAL, OTHER, FIRST_ORDER = "#2b6ca3", "#e88b2d", "#b9cfe3"
+TOTAL, OTHER, FIRST_ORDER = (
+    hexadecimal(colour) for colour in (palette.MAIN, palette.CHANGING, palette.MAIN_PALE)
+)
 """Colours of this scene and of total indices, of another scene, and of first-order indices."""
+BOUND = hexadecimal(palette.BAD)
 
 
 def drawn_spread(spread: Spread) -> ResultFigure:
@@ -60,7 +65,7 @@ def _draw_distribution(spread: Spread, axes: Axes, metric: str) -> None:
         axes.plot(factor * quantile.value, quantile.p, marker="o", ms=4, color="black")
     for bound in spread.criterion:
         if bound.metric == metric:
-            axes.axvline(factor * bound.limit, color="#d7403a", lw=1.2, ls="--")
+            axes.axvline(factor * bound.limit, color=BOUND, lw=1.2, ls="--")
     if not everything:
         axes.text(0.5, 0.5, "no values", transform=axes.transAxes, ha="center", fontsize=10)
     else:
@@ -111,7 +116,7 @@ def _spread_legend(spread: Spread) -> list[Line2D]:
     )
     bounded = {bound.metric for bound in spread.criterion} & set(spread.quantiles)
     if bounded:
-        handles.append(Line2D([], [], color="#d7403a", ls="--", label="bound"))
+        handles.append(Line2D([], [], color=BOUND, ls="--", label="bound"))
     if spread.sobol.indices:
         labels = ((FIRST_ORDER, "index of the spread alone"), (TOTAL, "with interactions"))
         for colour, label in labels:
@@ -119,8 +124,9 @@ def _spread_legend(spread: Spread) -> list[Line2D]:
     return handles
 
 
-WINDOW, CIRCULATES, CHOSEN, PREDICTED = "#7fbf7b", "#d95f5f", "#1b6e2e", "#888888"
-SIMULATED = "#1f4e8c"
+WINDOW, CHOSEN = hexadecimal(palette.WINDOW), hexadecimal(palette.CHOSEN)
+CIRCULATES, PREDICTED = BOUND, hexadecimal(palette.PREDICTED)
+SIMULATED = hexadecimal(palette.MAIN_DARK)
 
 
 def drawn_sizing(sizing: Sizing) -> ResultFigure:

@@ -1,12 +1,15 @@
 """What is drawn side by side has colours that people can tell apart, however much it is."""
 
+import re
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
 from ab_sim.analysis.maps.verdicts import CLUSTERED, EVERYWHERE, SOMEWHERE, SPLIT, SPREAD
+from ab_sim.base import palette
 from ab_sim.base.palette import (
     BALANCED,
     FIRST_BALLS,
@@ -98,3 +101,13 @@ def test_labels_of_a_map_differ() -> None:
 
 def test_the_first_colours_do_not_depend_on_how_many_follow() -> None:
     assert distinct(5) == distinct(40)[:5]
+
+
+def test_only_the_palette_has_colours_by_number() -> None:
+    package = Path(palette.__file__).parents[1]
+    numbers = {
+        str(path.relative_to(package))
+        for path in package.rglob("*.py")
+        if re.search(r"[\"\']#[0-9a-f]{6}[\"\']", path.read_text(encoding="utf-8"), re.IGNORECASE)
+    }
+    assert numbers == set()
