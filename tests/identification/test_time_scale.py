@@ -19,7 +19,7 @@ SPEED = {"column": "rpm", "unit": "rpm"}
 
 
 def recording(folder: Path, balls: bool = False, **mapping: object) -> Measured:
-    run = drives.recorded(drives.scene({"duration": 3.0}), balls)
+    run = drives.recorded(drives.scene(), balls)
     file = drives.write(run, folder / "bench.csv")
     raw = {"speed": SPEED, "signals": SIGNALS, "balls": balls, **mapping}
     return measured_of(file, drives.scene(), mapping_of(raw, "map"))

@@ -1,4 +1,4 @@
-"""Runs by Taylor steps: what they are as good as, what they depend on, and what is refused."""
+"""Runs by Taylor steps: their error, what they depend on, and what is refused; their series."""
 
 import itertools
 from collections import OrderedDict
@@ -12,15 +12,23 @@ from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate.registry import stepper_named
 from ab_sim.engine.integrate.steppers.taylor import HIGHEST, LOWEST, order_for
+from ab_sim.engine.integrate.vector_field import VectorField
 from ab_sim.engine.kernels import code
-from ab_sim.engine.taylor.clock import BEGIN, CLOCK
+from ab_sim.engine.kernels.code import called, code_of
+from ab_sim.engine.taylor.assemble import taylor_code
+from ab_sim.engine.taylor.clock import BEGIN, CLOCK, END, LONGEST, UNTIL
+from ab_sim.model.dynamics.assemble import active_segment
+from ab_sim.model.dynamics.system import ActiveSegment
 from ab_sim.model.equations.motion import DeckMotion
+from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene import Scene, load_scene, registry
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, register
 from tests.integrate.random_scenes import PLANTS, scene_at_random
 
 SMOOTH = ["effects.rolling_friction="]
+ORDER = 6
+"""Order of tests whose code in space takes seconds to make; they share it."""
 HOLD = ["solver.stepper=taylor", "solver.step=0.005"]
 
 
@@ -48,7 +56,7 @@ def test_errors_are_what_was_asked_for(tolerance: float, true: np.ndarray) -> No
 @pytest.mark.parametrize("plant", PLANTS)
 def test_all_effects_that_have_a_series(plant: str, seed: int) -> None:
     """Beside rk8 at short steps; and no energy is lost."""
-    own = {"stepper": "taylor", "step": 0.004, "parameters": {"tolerance": 1e-8, "order": 6}}
+    own = {"stepper": "taylor", "step": 0.004, "parameters": {"tolerance": 1e-8, "order": ORDER}}
     drive = Drive(scene_at_random(plant, seed, **own), energy_balance=True)
     fine = Drive(scene_at_random(plant, seed, stepper="rk8", step=1e-4), energy_balance=True)
     angles = drive.advance(50).ball_angles
@@ -57,6 +65,47 @@ def test_all_effects_that_have_a_series(plant: str, seed: int) -> None:
     balance = drive.energy()
     lost = balance.stored - balance.at_start - balance.motor_work + balance.dissipated
     assert abs(lost) < 1e-6 * (abs(balance.motor_work) + balance.dissipated)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("plant", PLANTS)
+def test_what_is_left_of_the_equations_has_the_order(plant: str, seed: int) -> None:
+    """With all effects that have a series, and the energy balance, at any place of the motion."""
+    drive = Drive(scene_at_random(plant, seed, stepper="rk8", step=1e-4), energy_balance=True)
+    drive.advance(150)
+    (segment,) = [s for s in drive.schedule.segments if s.start <= drive.time < s.end]
+    time, field = drive.time - segment.start, drive.vector_field()
+    coefficients = series_at(drive, active_segment(segment), time)
+    lengths = np.array([4e-4, 2e-4, 1e-4]) * 100.0 / drive.scene.start.speed
+    left = [residual(field, coefficients, time, h) for h in lengths]
+    scale = np.abs(coefficients[:, 1]) + 1e-9
+    orders = np.polyfit(np.log(lengths), np.log([np.abs(x / scale).max() for x in left]), 1)[0]
+    assert orders == pytest.approx(ORDER, abs=0.5), left
+
+
+def residual(field: VectorField, series: np.ndarray, time: float, h: float) -> np.ndarray:
+    """What is left of y' - f(t, y) so long after the beginning."""
+    powers = h ** np.arange(ORDER + 1)
+    slope, out = series[:, 1:] @ (np.arange(1, ORDER + 1) * powers[:-1]), np.empty(len(series))
+    field.fill(time + h, series @ powers, out)
+    return slope - out
+
+
+def series_at(drive: Drive, place: ActiveSegment, time: float) -> np.ndarray:
+    """Coefficients of all states at the present, shape (states, ORDER + 1)."""
+    kind, state = code_of(drive.system, Ramp), drive.snapshot().state
+    constants, own = kind.constants(drive.system), taylor_code(kind, ORDER, 1)
+    kind.put_place(constants, [*place.segment, *place[1:]])
+    clock = np.zeros((len(CLOCK), 1))
+    clock[BEGIN], clock[UNTIL], clock[LONGEST] = time, np.inf, np.inf
+    flat = np.zeros(own.size)
+    called(own.addresses["coefficients"], constants, np.zeros(kind.branches()), clock, state, flat)
+    assert clock[END, 0] > time
+    deck, n, found = drive.layout.deck.stop, drive.scene.balls.count, []
+    for width in (*[1] * deck, n, n, *[1] * (len(state) - deck - 2 * n)):
+        part, flat = np.split(flat, [width * (ORDER + 1)])
+        found += list(part.reshape(ORDER + 1, width).T)
+    return np.array(found)
 
 
 def test_its_steps_are_its_own(true: np.ndarray) -> None:
