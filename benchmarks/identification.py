@@ -58,7 +58,7 @@ from ab_sim.identification.parameters import fitted_parameters  # noqa: E402
 from ab_sim.identification.problem import Problem  # noqa: E402
 from ab_sim.identification.residuals import noises_of, whiteness_over  # noqa: E402
 from ab_sim.identification.result import FITS, Identification  # noqa: E402
-from ab_sim.identification.run import Question, run_identification  # noqa: E402
+from ab_sim.identification.run import IdentificationSettings, run_identification  # noqa: E402
 from ab_sim.identification.stages import LAST_STEPS, minimise  # noqa: E402
 
 RIGHT, LARGEST = 6.0, 1.1
@@ -105,8 +105,8 @@ def fitted(
 ) -> tuple[Identification, dict[str, Any]]:
     """Fit a drive; return the result and the figures that all parts have in common."""
     begin = time.process_time()
-    question = Question(tuple(blind.true), seed=seed, propose=False)
-    found = run_identification(blind.guess, recordings, question)
+    settings = IdentificationSettings(tuple(blind.true), seed=seed, propose=False)
+    found = run_identification(blind.guess, recordings, settings)
     return found, {
         "seed": seed,
         "seconds": time.process_time() - begin,

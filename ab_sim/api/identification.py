@@ -7,7 +7,7 @@ from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress
 from ab_sim.identification.files import Files, read_files
 from ab_sim.identification.result import Identification
-from ab_sim.identification.run import Question, run_identification
+from ab_sim.identification.run import IdentificationSettings, run_identification
 from ab_sim.scene.load import SceneLike, as_scene
 
 Paths = Sequence[Path | str]
@@ -118,8 +118,8 @@ def identify(
     ]
     files = Files(paths[0], paths[1], paths[2], paths[3], signal, tuple(free), trial_masses or {})
     read, outside = read_files(files, start)
-    question = Question(tuple(fit), dict(bounds or {}), seed, hold_open, propose)
+    settings = IdentificationSettings(tuple(fit), dict(bounds or {}), seed, hold_open, propose)
     if workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
     tell = progress or (lambda *_: None)
-    return run_identification(start, read, question, outside, tell, workers)
+    return run_identification(start, read, settings, outside, tell, workers)

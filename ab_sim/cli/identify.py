@@ -15,7 +15,7 @@ from ab_sim.cli.runner import Command, Outcome, new_table, picture, scene_writer
 from ab_sim.identification.files import Files, read_files, trial_masses_of
 from ab_sim.identification.parameters import bounds_of
 from ab_sim.identification.result import INTERRUPTED, Identification, share_words
-from ab_sim.identification.run import Question, run_identification
+from ab_sim.identification.run import IdentificationSettings, run_identification
 from ab_sim.scene import load_scene
 
 MOST_NAMED = 3
@@ -25,7 +25,7 @@ MOST_NAMED = 3
 def identify_command(options: IdentifyOptions) -> Command:
     """Return the command that identifies a drive's parameters from recordings."""
     scene = load_scene(options.scene, options.change)
-    question = Question(
+    settings = IdentificationSettings(
         _names(options.fit), bounds_of(options.bounds), options.seed, options.hold_open
     )
     files = Files(
@@ -36,7 +36,7 @@ def identify_command(options: IdentifyOptions) -> Command:
 
     def work(tell: Progress) -> Outcome:
         recordings, held_out = read_files(files, scene)
-        identification = run_identification(scene, recordings, question, held_out, tell, workers)
+        identification = run_identification(scene, recordings, settings, held_out, tell, workers)
 
         def write_page(file: Path) -> None:
             from ab_sim.show.identification import identification_page

@@ -21,9 +21,9 @@ GAP = 20
 MOST_LEFT_OUT = 0.05
 """Largest fraction of a signal's samples that may be NaN."""
 FLAT = 3
-"""Least number of successive equal samples at an extreme value that may be clipped."""
+"""Number of successive equal samples at an extreme value from which on a signal may be clipped."""
 CLIPPED = 3
-"""Least number of places with such samples in a clipped signal."""
+"""Number of places with ``FLAT`` such samples from which on a signal may be clipped."""
 AT_PEAK = 4.0
 """Ratio of the number of samples at an extreme value to that at the next value.
 

@@ -174,17 +174,16 @@ def _words(parts: Sequence[tuple[str, float]], nothing: bool) -> str:
     """
     names = [name for name, _ in parts]
     listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-    hardly = "" if nothing else "hardly more than "
+    nearly = "" if nothing else "practically "
     if len(names) == 1:
-        what = "nothing" if nothing else "hardly anything"
-        return f"{listed} changes {what} of what was measured"
+        return f"{listed} {nearly}does not change the measurements"
     sizes = [part for _, part in parts]
     if all(abs(size - 1.0) < ALIKE for size in sizes):
-        return f"{hardly}only the ratios of {listed} are fixed: all may grow by the same factor"
+        return f"{nearly}only the ratios of {listed} are determined: all may grow by one factor"
     if len(names) == 2 and abs(sizes[0] + sizes[1]) < ALIKE:
-        return f"{hardly}only the product of {listed} is fixed"
+        return f"{nearly}only the product of {listed} is determined"
     powers = " ".join(f"{name}^{size:.2g}" for name, size in parts)
-    return f"{listed} may change together and leave the recording as it is (as {powers})"
+    return f"{listed} may change together (as {powers}) with {nearly}no change of the measurements"
 
 
 def _advice(parts: Sequence[tuple[str, float]]) -> str:

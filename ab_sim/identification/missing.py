@@ -178,7 +178,10 @@ def _explained(before: float, after: float, drop: float) -> float:
 
 
 def _with_missing(problem: Problem, values: np.ndarray, name: str) -> tuple[Problem, list[str]]:
-    """Return the problem with an effect, and the effect's parameters, just visible at the start."""
+    """Return the problem with an effect added, and the names of the effect's parameters.
+
+    Each parameter starts at a size that changes the signals by about their noise.
+    """
     if name == UNEQUAL and EQUAL in problem.scene.effects:
         return _unequal(problem, values)
     fields = {

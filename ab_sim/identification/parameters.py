@@ -38,7 +38,7 @@ class FitParameter(NamedTuple):
     """Number that a fit may vary."""
 
     name: str
-    """Name: the key; for a single recording with the recording's name: ``gain of run-1``."""
+    """Key of the scene; or quantity and recording, for a single recording: ``gain of run-1``."""
     unit: str
     """SI unit of all numbers of the parameter; ``1`` if they have none."""
     start: float
@@ -205,7 +205,7 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
         if not isinstance(read, Range) or read.log:
             raise InputError(f"--bounds {short(text)}: must be KEY=LOW..HIGH")
         if key in bounds:
-            raise InputError(f"--bounds {key}: is given twice")
+            raise InputError(f"--bounds {key}: is given twice; give it once")
         bounds[key] = (read.low, read.high)
     return bounds
 

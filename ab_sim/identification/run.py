@@ -47,7 +47,7 @@ EXCHANGED = "equal balls cannot be told apart: their start angles may be exchang
 """Note on fitted start angles."""
 
 
-class Question(NamedTuple):
+class IdentificationSettings(NamedTuple):
     """Settings of an identification."""
 
     fit: tuple[str, ...]
@@ -65,7 +65,7 @@ class Question(NamedTuple):
 def run_identification(
     scene: Scene,
     recordings: Sequence[Measured],
-    question: Question,
+    settings: IdentificationSettings,
     held_out: Sequence[Measured] = (),
     tell: Progress = lambda *_: None,
     workers: int = 1,
@@ -75,7 +75,7 @@ def run_identification(
     Args:
         scene: scene with the start values.
         recordings: recordings with or without balls.
-        question: settings of the identification.
+        settings: settings of the identification.
         held_out: recordings for validation only.
         tell: called with the current task, the number of finished tasks and the total. If it raises
             ``Interrupted``, the best fit so far is returned, marked as such.
@@ -89,10 +89,10 @@ def run_identification(
     scene, _ = resolve_accuracy(scene)
     if not recordings:
         raise InputError("no recordings: give one or several")
-    work = _Work(scene, recordings, question, held_out, tell)
+    work = _Work(scene, recordings, settings, held_out, tell)
     with Workers(workers) as shared:
         try:
-            return work.run(SearchSettings(question.seed, tell, shared))
+            return work.run(SearchSettings(settings.seed, tell, shared))
         except WorkerLost as lost:
             raise WorkerLost(
                 "a worker process of the search was ended by a signal or by lack of memory; run it "
@@ -104,20 +104,20 @@ class _Work:
     """Single identification, from the problem to the result."""
 
     def __init__(
-        self, scene: Scene, recordings: Sequence[Measured], question: Question,
+        self, scene: Scene, recordings: Sequence[Measured], settings: IdentificationSettings,
         held_out: Sequence[Measured], tell: Progress,
     ) -> None:  # fmt: skip
-        self._scene, self._question, self._tell = scene, question, tell
+        self._scene, self._settings, self._tell = scene, settings, tell
         self._recordings, self._held_out = recordings, held_out
-        common = fitted_parameters(scene, question.fit, question.bounds)
+        common = fitted_parameters(scene, settings.fit, settings.bounds)
         self._problem = Problem(scene, common, recordings, noises_of(recordings))
         self._check_sizes()
 
     def run(self, search: SearchSettings) -> Identification:
         """Run the complete identification."""
-        problem, question = self._problem, self._question
-        knowledge = knowledge_before(problem, question.seed, self._tell)
-        held = list(knowledge.held) if question.hold_open else []
+        problem, settings = self._problem, self._settings
+        knowledge = knowledge_before(problem, settings.seed, self._tell)
+        held = list(knowledge.held) if settings.hold_open else []
         staged = StagedFit(problem, held, search)
         interrupted = False
         values, open_after = staged.best, Knowledge((), (), (), ())
@@ -130,7 +130,7 @@ class _Work:
             problem = problem.with_noise(self._spreads(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
             problem = problem.with_noise(self._spreads(problem, values))
-            if question.hold_open:
+            if settings.hold_open:
                 open_after = knowledge_of(problem, values, held)
                 held = sorted({*held, *open_after.held})
             free = [j for j in free if j not in held]
@@ -171,7 +171,7 @@ class _Work:
                     for estimate in intervals.estimates
                     if not estimate.bounded and not estimate.per_recording
                 ]
-                if question.propose:
+                if settings.propose:
                     proposals = proposals_for(problem, values, free, unbounded, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
@@ -193,9 +193,9 @@ class _Work:
         identification = Identification(
             fitted, self._scene, "", (), intervals, knowledge._replace(open=tuple(opened)),
             whiteness, tuple(comparisons), tried, outside, proposals, tuple(notes), problem.runs,
-            question.seed,
+            settings.seed,
         )  # fmt: skip
-        verdict, reasons = verdict_of(identification, misfits, changes, question.fit)
+        verdict, reasons = verdict_of(identification, misfits, changes, settings.fit)
         if interrupted:
             verdict = INTERRUPTED
             reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")

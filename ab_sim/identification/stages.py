@@ -142,11 +142,11 @@ class _Points:
         self._known: dict[bytes, tuple[np.ndarray, np.ndarray | None]] = {}
 
     def residuals(self, scaled: np.ndarray) -> np.ndarray:
-        """Return the residuals of all measured values."""
+        """Return the residuals of all measured values at scaled free parameters."""
         return self._at(scaled, self._at_once)[0]
 
     def jacobian(self, scaled: np.ndarray) -> np.ndarray:
-        """Return the derivatives of the residuals."""
+        """Return the derivatives of the residuals by the scaled free parameters."""
         derivatives = self._at(scaled, True)[1]
         assert derivatives is not None
         return derivatives

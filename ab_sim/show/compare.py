@@ -296,7 +296,11 @@ def _follows_profile(run: StoredRun, scene: Scene) -> bool:
 
 
 def _solved(run: StoredRun, scene: Scene) -> tuple[Scene, bool]:
-    """Return the scene with a solver, and whether it has the recording's steps."""
+    """Return the scene to simulate, and whether its steps are those of the recording.
+
+    A scene with an accuracy gets step and stepper of the recording. For a recording that does not
+    state them, samples are compared by their times.
+    """
     step, stepper = run.description.get("step"), run.description.get("stepper")
     if not isinstance(step, float) or not isinstance(stepper, str):
         if scene.accuracy is not None:

@@ -170,7 +170,10 @@ def _pairs(sweep: Sweep) -> ResultFigure:
 
 
 def _places(sweep: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
-    """Return the position of each run on a key's axis, and the names of texts, or None."""
+    """Return the position of each run on a key's axis, and the labels of positions 0, 1 and so on.
+
+    Labels are None for a key with numbers.
+    """
     values = sweep.shown(key)
     if values.dtype.kind in "fiu":
         return values.astype(float), None

@@ -112,7 +112,7 @@ def test_unwatched_and_started_again_after_a_reset(commands: list[Command], tmp_
     nobody = "rerun+http://127.0.0.1:9/proxy"
     live = Command("live", "balanced-start-up", "--for", "3600", "--view", nobody, cwd=tmp_path)
     commands.append(live)
-    assert live.until("cannot be watched") == f"cannot be watched: nobody is there at {nobody}\n"
+    assert live.until("cannot be watched") == f"cannot be watched: there is no viewer at {nobody}\n"
     live.until("running: segment 2")
     for word in ("reset", "pause"):
         done = ab_sim("node", word, "--wait", "60")

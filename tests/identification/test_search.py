@@ -14,12 +14,12 @@ from ab_sim.identification.checks import check_sense
 from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, Measured
 from ab_sim.identification.parameters import ENCODER_ZERO
 from ab_sim.identification.problem import Problem
-from ab_sim.identification.run import Question, run_identification
+from ab_sim.identification.run import IdentificationSettings, run_identification
 from ab_sim.model.spindle import SpeedSchedule
 from tests.identification import drives
 
 STIFFNESS, DAMPING = "effects.suspension.stiffness", "effects.suspension.damping"
-BARE = Question((STIFFNESS, DAMPING, "rotor.eccentricity"), propose=False)
+BARE = IdentificationSettings((STIFFNESS, DAMPING, "rotor.eccentricity"), propose=False)
 
 
 def ringing(kind: str, axes: int) -> Measured:

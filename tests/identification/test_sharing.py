@@ -6,7 +6,7 @@ import ab_sim
 from ab_sim.base import workers
 from ab_sim.base.errors import Interrupted
 from ab_sim.identification.result import INTERRUPTED, Identification
-from ab_sim.identification.run import Question, run_identification
+from ab_sim.identification.run import IdentificationSettings, run_identification
 from tests.forked import start_workers_at_once
 from tests.identification import drives
 
@@ -17,8 +17,8 @@ def found(count: int, **more: object) -> Identification:
     """A drive whose balls' mass and start angles are looked for by so many processes."""
     drive = drives.scene({"duration": 1.0})
     begin = drives.scene({MASS: 5e-4, "duration": 1.0})
-    question = Question((MASS,), propose=False)
-    return run_identification(begin, [drives.measured(drive)], question, workers=count, **more)  # type: ignore[arg-type]
+    settings = IdentificationSettings((MASS,), propose=False)
+    return run_identification(begin, [drives.measured(drive)], settings, workers=count, **more)  # type: ignore[arg-type]
 
 
 @pytest.fixture

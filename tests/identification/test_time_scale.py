@@ -10,7 +10,7 @@ from ab_sim.identification.mapping import mapping_of
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.missing import scaled
 from ab_sim.identification.parameters import recording_parameters
-from ab_sim.identification.run import Question, run_identification
+from ab_sim.identification.run import IdentificationSettings, run_identification
 from tests.identification import drives
 
 KEYS = ("effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity")
@@ -30,7 +30,7 @@ def test_a_sampling_rate_that_is_off_is_named(tmp_path: Path, rate: float) -> No
     """0.05 to 7 %, of a drive whose speed alone was recorded."""
     wrong = recording(tmp_path, sampling=f"{rate} kHz")
     start = drives.scene(dict(zip(KEYS, (1200.0, 1.5, 8e-5), strict=True)))
-    found = run_identification(start, [wrong], Question(KEYS, propose=False))
+    found = run_identification(start, [wrong], IdentificationSettings(KEYS, propose=False))
     (tried,) = found.tried
     assert tried.values["time scale of bench"] == pytest.approx(rate, abs=1e-4)
     assert tried.z < 4.0

@@ -80,7 +80,7 @@ def test_no_screen_no_viewer_there_and_no_file_kept(
     fleet.start("drive_sim", scene="thesis-hold")
     for view, words in (
         ("native", "could not start: there is no screen"),
-        ("rerun+http://127.0.0.1:9/proxy", "nobody is there at rerun+http://127.0.0.1:9/proxy"),
+        ("rerun+http://127.0.0.1:9/proxy", "there is no viewer at rerun+http://127.0.0.1:9/proxy"),
     ):
         fleet.healths.clear()
         file = tmp_path / f"{len(view)}.rrd"

@@ -178,7 +178,7 @@ def test_nobody_there_until_somebody_is(growing: Growing, watch: Watch) -> None:
     viewer = Viewer(proxy.url)
     viewer.feed(growing.path)
     until(lambda: viewer.trouble, "it says so")
-    assert viewer.state == f"nobody is there at {proxy.url}" and not viewer.gone
+    assert viewer.state == f"there is no viewer at {proxy.url}" and not viewer.gone
     program = Program()
     serve = ["--serve-grpc", "--bind", proxy.host, "--port", str(proxy.port)]
     late = program.start(serve, tied=True, screen=False)

@@ -300,7 +300,10 @@ def _forces(
         stores += [Store(x, f"force[{k}][{axis}]") for axis, x in enumerate(roots)]
     used = _read_by(store.root for store in stores).difference(channels)
     lines = c_statements(stores, inputs)
-    head = "/* Specific force at each sensor [m/s^2], on the deck's axes. */\nstatic void feel"
+    head = (
+        "/* Specific force at each sensor [m/s^2], on the deck's axes. */\n"
+        "static void specific_forces"
+    )
     arguments = "const struct drive *d, const struct drive_outputs *out, double (*force)[AXES]"
     return _Part(function(head, arguments, lines, (0, 0)), used)
 

@@ -136,7 +136,7 @@ def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
 
 
 NAMES = ("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md")
-"""Names of the files."""
+"""Names of the files that are written."""
 README = NAMES[-1]
 MARK = "Made by `ab-sim c`"
 """Mark in the first line of every written file; only files with this mark are replaced."""
@@ -290,7 +290,7 @@ def _in_source(drive: _Content) -> dict[str, str]:
         "STEPPER_SOURCE": stepper.source,
         "RUNGE_KUTTA": step_of(stepper.weights),
         "CYCLE": c_literal(drive.choice.cycle),
-        "SENSORS": indented(sensor_rows(scene.sensors, step, _felt_at_start(drive))),
+        "SENSORS": indented(sensor_rows(scene.sensors, step, _forces_at_start(drive))),
         "ANGLES": str(layout.angles.start),
         "QUATERNION": str(deck.UNIT_AT),
         "START_ANGLE": c_literal(scene.start.angle),
@@ -328,7 +328,7 @@ def _effects(scene: Scene) -> str:
     return comment(*about)
 
 
-def _felt_at_start(drive: _Content) -> dict[str, np.ndarray]:
+def _forces_at_start(drive: _Content) -> dict[str, np.ndarray]:
     """Return the specific force of sensors at the start, on their own axes [m/s^2]."""
     pickups = RowReader(drive.scene, drive.system).pickups
     return {name: pickup.state.force for name, pickup in pickups.items()}

@@ -20,7 +20,7 @@ def _unchanged(result: Any, x: Symbols) -> Any:
 
 
 class EffectMethod(NamedTuple):
-    """Method that effects may have."""
+    """Method of effects that computes a formula: its arguments, and the sides of its equations."""
 
     meaning: str
     arguments: Callable[[Symbols], Sequence[Any]]

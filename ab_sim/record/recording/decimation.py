@@ -126,7 +126,7 @@ class Decimation:
     def _select_stretches(self, until: float) -> None:
         """Select full-rate stretches around events before a time [s], in order of time.
 
-        The part of a stretch that the last one covers already costs nothing.
+        Only the part that the last stretch does not cover counts towards the limit of their length.
         """
         earlier = sorted(time for time in self._event_times if time < until)
         self._event_times.difference_update(earlier)

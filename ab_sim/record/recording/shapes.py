@@ -81,7 +81,8 @@ class Arrows(NamedTuple):
 def shrunk(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Array:
     """Return the radii at which balls are drawn, so that balls at one place are all visible.
 
-    A ball that covers an earlier one is drawn smaller, at the same place as a ring inside it.
+    A ball that covers an earlier one is drawn smaller, so that the edge of the latter remains
+    visible.
 
     Args:
         angles: angles of the balls [rad], shape (rows, balls).

@@ -20,7 +20,7 @@ class Answer(Enum):
 
     HERE = "answers"
     SILENT = "does not answer"
-    NOBODY = "nobody is there"
+    NOBODY = "there is no viewer"
 
 
 class Proxy(NamedTuple):

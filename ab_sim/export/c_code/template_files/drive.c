@@ -69,12 +69,13 @@ static double same_instant(double time)
     return rounding > 1e-9 * STEP ? rounding : 1e-9 * STEP;
 }
 
+/* Segment in force at a time. */
 static int segment_at(const struct drive *d, double time)
 {
-    int found = 0;
-    while (found + 1 < d->segments && d->segment[found + 1].start <= time)
-        found++;
-    return found;
+    int segment = 0;
+    while (segment + 1 < d->segments && d->segment[segment + 1].start <= time)
+        segment++;
+    return segment;
 }
 
 /* Segment in force just after a time. */
@@ -116,43 +117,45 @@ struct sensor {
 static const struct sensor sensors[DRIVE_SENSORS] = {
 @SENSORS@};
 
-static void turn_to_axes(const struct sensor *own, double *force)
+/* Turn a force from the deck's axes to those of a sensor. */
+static void turn_to_axes(const struct sensor *sensor, double *force)
 {
     const double x = force[0], y = force[1];
-    force[0] = own->cosine * x + own->sine * y;
-    force[1] = own->cosine * y - own->sine * x;
+    force[0] = sensor->cosine * x + sensor->sine * y;
+    force[1] = sensor->cosine * y - sensor->sine * x;
 }
 
-static double converted(const struct sensor *own, double force)
+/* Reading of a force: limited to the range, and rounded to the resolution. */
+static double converted(const struct sensor *sensor, double force)
 {
-    const double limit = own->range;
+    const double limit = sensor->range, unit = sensor->resolution;
     const double clipped = force < -limit ? -limit : force > limit ? limit : force;
-    return own->resolution > 0.0 ? own->resolution * rint(clipped / own->resolution) : clipped;
+    return unit > 0.0 ? unit * rint(clipped / unit) : clipped;
 }
 
 /* Step all low-passes, and sample the sensors that are due, without noise. */
 static void sense(struct drive *d)
 {
-    double felt[DRIVE_SENSORS][AXES];
-    feel(d, &d->out, felt);
+    double force[DRIVE_SENSORS][AXES];
+    specific_forces(d, &d->out, force);
     for (int k = 0; k < DRIVE_SENSORS; k++) {
-        const struct sensor *own = &sensors[k];
-        turn_to_axes(own, felt[k]);
+        const struct sensor *sensor = &sensors[k];
+        turn_to_axes(sensor, force[k]);
         for (int axis = 0; axis < AXES; axis++) {
             double *mode = d->sensor[k].mode[axis], *last = &d->sensor[k].force[axis];
-            const double change = felt[k][axis] - *last, re = mode[0], im = mode[1];
-            mode[0] = (own->decay * re - own->decay_i * im) + own->gain * change;
-            mode[1] = (own->decay * im + own->decay_i * re) + own->gain_i * change;
-            *last = felt[k][axis];
-            if (d->steps % own->every == 0)
-                d->out.readings[k][axis] = converted(own, *last - (mode[0] + mode[1]));
+            const double change = force[k][axis] - *last, re = mode[0], im = mode[1];
+            mode[0] = (sensor->decay * re - sensor->decay_i * im) + sensor->gain * change;
+            mode[1] = (sensor->decay * im + sensor->decay_i * re) + sensor->gain_i * change;
+            *last = force[k][axis];
+            if (d->steps % sensor->every == 0)
+                d->out.readings[k][axis] = converted(sensor, *last - (mode[0] + mode[1]));
         }
     }
 }
 @end
 
 /* Set slope and outputs of the state, at a time since the beginning of a segment [s]. */
-static void look(struct drive *d, int segment, double time, double profile_time)
+static void evaluate(struct drive *d, int segment, double time, double profile_time)
 {
     const struct drive_segment *s = &d->segment[segment];
     if (d->derived_segment != segment) {
@@ -206,14 +209,14 @@ static int take_part(struct drive *d, int segment, double offset, double length,
     const double whole = end - s->start;
     double trial[STATES];
     if (d->slope_segment != segment || d->slope_time != begin)
-        look(d, segment, begin, begin);
+        evaluate(d, segment, begin, begin);
     runge_kutta(d, s, begin, length, d->y, d->slope, trial);
     for (int j = 0; j < STATES; j++)
         if (!(fabs(trial[j]) < bounds[j]))
             return 0;
     memcpy(d->y, trial, sizeof trial);
     unwind(d);
-    look(d, segment, length != STEP ? begin + length : whole + offset, whole);
+    evaluate(d, segment, length != STEP ? begin + length : whole + offset, whole);
     return 1;
 }
 
@@ -315,7 +318,7 @@ void drive_update(struct drive *d)
     const int segment = segment_after(d, now);
     const double time = now - d->segment[segment].start;
     d->derived_segment = -1;
-    look(d, segment, time, time);
+    evaluate(d, segment, time, time);
 }
 
 void drive_follow_profile(struct drive *d)

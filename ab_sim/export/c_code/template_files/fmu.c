@@ -56,10 +56,11 @@ static const struct variable variables[] = {
 @VARIABLES@};
 enum { VARIABLES = sizeof variables / sizeof variables[0], FOLLOW_PROFILE = @FOLLOW_PROFILE@ };
 
-static fmi3Status say(const struct fmu *own, fmi3Status status, const char *text)
+/* Log a text if the importer has a callback for it; return the status. */
+static fmi3Status report(const struct fmu *fmu, fmi3Status status, const char *text)
 {
-    if (own->log)
-        own->log(own->environment, status, "logStatusError", text);
+    if (fmu->log)
+        fmu->log(fmu->environment, status, "logStatusError", text);
     return status;
 }
 
@@ -69,17 +70,17 @@ static fmi3Status unsupported(fmi3Instance instance, const char *name)
     if (!instance)
         return fmi3Error;
     snprintf(text, sizeof text, "%s: is not supported by this FMU", name);
-    return say(instance, fmi3Error, text);
+    return report(instance, fmi3Error, text);
 }
 
 /* Return whether the FMU is in one of two modes; log an error otherwise. */
-static int is_in(const struct fmu *own, enum mode one, enum mode other, const char *name)
+static int is_in(const struct fmu *fmu, enum mode one, enum mode other, const char *name)
 {
     char text[160];
-    if (own->state.mode == one || own->state.mode == other)
+    if (fmu->state.mode == one || fmu->state.mode == other)
         return 1;
     snprintf(text, sizeof text, "%s: must not be called in this state of the FMU", name);
-    say(own, fmi3Error, text);
+    report(fmu, fmi3Error, text);
     return 0;
 }
 
@@ -101,7 +102,8 @@ static void refresh(struct fmu_state *state)
 @end
 }
 
-static void to_start(struct fmu_state *state)
+/* Set the start state of the scene. */
+static void initialise(struct fmu_state *state)
 {
     memset(state, 0, sizeof *state);
     drive_init(&state->drive);
@@ -131,25 +133,25 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
     fmi3IntermediateUpdateCallback update)
 {
-    struct fmu at_hand = {.environment = environment, .log = log}, *own;
+    struct fmu initial = {.environment = environment, .log = log}, *fmu;
     (void)name, (void)resources, (void)visible, (void)logging, (void)early_return;
     (void)intermediate, (void)intermediate_count, (void)update;
     if (!token || strcmp(token, TOKEN) != 0) {
-        say(&at_hand, fmi3Error, "the instantiationToken is not that of this FMU: " TOKEN);
+        report(&initial, fmi3Error, "the instantiationToken is not that of this FMU: " TOKEN);
         return NULL;
     }
     if (event_mode) {
-        say(&at_hand, fmi3Error, "it has no event mode");
+        report(&initial, fmi3Error, "it has no event mode");
         return NULL;
     }
-    own = malloc(sizeof *own);
-    if (!own) {
-        say(&at_hand, fmi3Error, "out of memory");
+    fmu = malloc(sizeof *fmu);
+    if (!fmu) {
+        report(&initial, fmi3Error, "out of memory");
         return NULL;
     }
-    *own = at_hand;
-    to_start(&own->state);
-    return own;
+    *fmu = initial;
+    initialise(&fmu->state);
+    return fmu;
 }
 
 void fmi3FreeInstance(fmi3Instance instance)
@@ -161,21 +163,22 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean has_to
                                        fmi3Float64 tolerance, fmi3Float64 start_time,
                                        fmi3Boolean has_stop_time, fmi3Float64 stop_time)
 {
-    struct fmu *own = instance;
+    struct fmu *fmu = instance;
     (void)has_tolerance, (void)tolerance, (void)has_stop_time, (void)stop_time;
-    if (!own || !is_in(own, INSTANTIATED, INSTANTIATED, "fmi3EnterInitializationMode"))
+    if (!fmu || !is_in(fmu, INSTANTIATED, INSTANTIATED, "fmi3EnterInitializationMode"))
         return fmi3Error;
     if (!isfinite(start_time))
-        return say(own, fmi3Error, "startTime: must be a finite number [s]");
-    own->state.start_time = start_time;
-    own->state.mode = INITIALIZATION;
-    refresh(&own->state);
+        return report(fmu, fmi3Error, "startTime: must be a finite number [s]");
+    fmu->state.start_time = start_time;
+    fmu->state.mode = INITIALIZATION;
+    refresh(&fmu->state);
     return fmi3OK;
 }
 
-static fmi3Status follow(struct fmu *own)
+/* Pass speed_command and acceleration to the drive, unless it follows the profile. */
+static fmi3Status apply_command(struct fmu *fmu)
 {
-    struct fmu_state *state = &own->state;
+    struct fmu_state *state = &fmu->state;
     char text[240];
     if (state->follow_profile ||
         drive_command_ramp(&state->drive, state->speed_command, state->acceleration) == DRIVE_OK)
@@ -184,39 +187,39 @@ static fmi3Status follow(struct fmu *own)
              "speed_command = %.17g rad/s, acceleration = %.17g rad/s^2: must be within +-%g, and "
              "above 0 and at most %g; the previous command stays in force",
              state->speed_command, state->acceleration, DRIVE_MAX_SPEED, DRIVE_MAX_ACCELERATION);
-    return say(own, fmi3Warning, text);
+    return report(fmu, fmi3Warning, text);
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
 {
-    struct fmu *own = instance;
+    struct fmu *fmu = instance;
     fmi3Status status;
-    if (!own || !is_in(own, INITIALIZATION, INITIALIZATION, "fmi3ExitInitializationMode"))
+    if (!fmu || !is_in(fmu, INITIALIZATION, INITIALIZATION, "fmi3ExitInitializationMode"))
         return fmi3Error;
-    refresh(&own->state);
-    own->state.mode = STEP;
-    if (own->state.follow_profile)
-        drive_follow_profile(&own->state.drive);
-    status = follow(own);
-    refresh(&own->state);
+    refresh(&fmu->state);
+    fmu->state.mode = STEP;
+    if (fmu->state.follow_profile)
+        drive_follow_profile(&fmu->state.drive);
+    status = apply_command(fmu);
+    refresh(&fmu->state);
     return status;
 }
 
 fmi3Status fmi3Terminate(fmi3Instance instance)
 {
-    struct fmu *own = instance;
-    if (!own || !is_in(own, STEP, STEP, "fmi3Terminate"))
+    struct fmu *fmu = instance;
+    if (!fmu || !is_in(fmu, STEP, STEP, "fmi3Terminate"))
         return fmi3Error;
-    own->state.mode = TERMINATED;
+    fmu->state.mode = TERMINATED;
     return fmi3OK;
 }
 
 fmi3Status fmi3Reset(fmi3Instance instance)
 {
-    struct fmu *own = instance;
-    if (!own)
+    struct fmu *fmu = instance;
+    if (!fmu)
         return fmi3Error;
-    to_start(&own->state);
+    initialise(&fmu->state);
     return fmi3OK;
 }
 
@@ -226,17 +229,17 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
                       fmi3Boolean no_return, fmi3Boolean *event, fmi3Boolean *terminate,
                       fmi3Boolean *early, fmi3Float64 *last)
 {
-    struct fmu *own = instance;
+    struct fmu *fmu = instance;
     struct fmu_state *state;
     fmi3Status status;
     double rounding, until, steps, offset;
     char text[240];
     (void)no_return;
-    if (!own || !is_in(own, STEP, STEP, "fmi3DoStep"))
+    if (!fmu || !is_in(fmu, STEP, STEP, "fmi3DoStep"))
         return fmi3Error;
     if (!event || !terminate || !early || !last)
-        return say(own, fmi3Error, "fmi3DoStep: a pointer for a result is NULL");
-    state = &own->state;
+        return report(fmu, fmi3Error, "fmi3DoStep: a pointer for a result is NULL");
+    state = &fmu->state;
     refresh(state);
     *event = *terminate = *early = false;
     *last = state->time;
@@ -244,14 +247,14 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     if (!(fabs(now - state->time) <= TOLERANCE(now))) {
         snprintf(text, sizeof text, "currentCommunicationPoint = %.17g s: the FMU is at %.17g s",
                  now, state->time);
-        return say(own, fmi3Error, text);
+        return report(fmu, fmi3Error, text);
     }
-    if (!own->warned && fabs(now - state->time) > 1e-6 * DRIVE_STEP + 1e-12 * fabs(now)) {
-        own->warned = 1;
+    if (!fmu->warned && fabs(now - state->time) > 1e-6 * DRIVE_STEP + 1e-12 * fabs(now)) {
+        fmu->warned = 1;
         snprintf(text, sizeof text,
                  "currentCommunicationPoint = %.17g s: the FMU is at %.17g s, and continues from "
                  "there; compute times as products, not as sums", now, state->time);
-        say(own, fmi3Warning, text);
+        report(fmu, fmi3Warning, text);
     }
     /* Whole steps, the same as those of drive_step alone, and a part of one if the end is between
      * two steps. */
@@ -263,19 +266,20 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
         snprintf(text, sizeof text,
                  "communicationStepSize = %.17g s: must be above 0 and below %g s", size,
                  1e9 * DRIVE_STEP);
-        return say(own, fmi3Error, text);
+        return report(fmu, fmi3Error, text);
     }
     if (fabs(steps * DRIVE_STEP - until) > rounding) {
         steps = floor(until / DRIVE_STEP);
         offset = until - steps * DRIVE_STEP;
     }
-    status = follow(own);
+    status = apply_command(fmu);
     if (drive_step(&state->drive, (long)steps) == DRIVE_DIVERGED ||
         (offset > 0.0 && drive_step_part(&state->drive, offset) == DRIVE_DIVERGED)) {
         refresh(state);
         *last = state->time;
-        return say(own, fmi3Error, "the drive went beyond all bounds: a parameter is too large, or "
-                                   "too stiff for the step");
+        return report(fmu, fmi3Error,
+                      "the drive went beyond all bounds: a parameter is too large, or too stiff "
+                      "for the step");
     }
     refresh(state);
     *last = now + size;
@@ -284,77 +288,80 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
 
 /* ---- Variables. */
 
-static const struct variable *found(const struct fmu *own, fmi3ValueReference reference)
+/* Return the variable with a reference; log an error and return NULL if there is none. */
+static const struct variable *variable_at(const struct fmu *fmu, fmi3ValueReference reference)
 {
     char text[80];
     if (reference < VARIABLES)
         return &variables[reference]; /* they are numbered from 0 on */
     snprintf(text, sizeof text, "valueReference %lu: is not defined", (unsigned long)reference);
-    say(own, fmi3Error, text);
+    report(fmu, fmi3Error, text);
     return NULL;
 }
 
-static fmi3Status check(const struct fmu *own, const void *references, size_t count,
+/* Check the arguments of a function that gets or sets values. */
+static fmi3Status check(const struct fmu *fmu, const void *references, size_t count,
                         const void *values, size_t size)
 {
     if (size != count || (count && (!references || !values)))
-        return say(own, fmi3Error, "nValues: must be nValueReferences, all variables are scalars");
+        return report(fmu, fmi3Error,
+                      "nValues: must be nValueReferences, all variables are scalars");
     return fmi3OK;
 }
 
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference references[],
                           size_t count, fmi3Float64 values[], size_t size)
 {
-    struct fmu *own = instance;
-    if (!own || check(own, references, count, values, size) != fmi3OK)
+    struct fmu *fmu = instance;
+    if (!fmu || check(fmu, references, count, values, size) != fmi3OK)
         return fmi3Error;
-    refresh(&own->state);
+    refresh(&fmu->state);
     for (size_t k = 0; k < count; k++) {
-        const struct variable *v = found(own, references[k]);
+        const struct variable *v = variable_at(fmu, references[k]);
         if (!v || v->reference == FOLLOW_PROFILE)
             return fmi3Error;
-        memcpy(&values[k], (const char *)&own->state + v->place, sizeof values[k]);
+        memcpy(&values[k], (const char *)&fmu->state + v->place, sizeof values[k]);
     }
     return fmi3OK;
 }
 
 /* Return whether a variable may be set now; log an error otherwise. */
-static int may_set(const struct fmu *own, const struct variable *v)
+static int may_set(const struct fmu *fmu, const struct variable *v)
 {
-    const int early = own->state.mode == INSTANTIATED || own->state.mode == INITIALIZATION;
+    const int early = fmu->state.mode == INSTANTIATED || fmu->state.mode == INITIALIZATION;
     char text[120];
-    if (own->state.mode != TERMINATED && (v->settable == 2 || (v->settable == 1 && early)))
+    if (fmu->state.mode != TERMINATED && (v->settable == 2 || (v->settable == 1 && early)))
         return 1;
     snprintf(text, sizeof text, "valueReference %lu: cannot be set, or not any more",
              (unsigned long)v->reference);
-    say(own, fmi3Error, text);
+    report(fmu, fmi3Error, text);
     return 0;
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference references[],
                           size_t count, const fmi3Float64 values[], size_t size)
 {
-    struct fmu *own = instance;
-    if (!own || check(own, references, count, values, size) != fmi3OK)
+    struct fmu *fmu = instance;
+    if (!fmu || check(fmu, references, count, values, size) != fmi3OK)
         return fmi3Error;
     for (size_t k = 0; k < count; k++) { /* all or none */
-        const struct variable *v = found(own, references[k]);
-        if (!v || v->reference == FOLLOW_PROFILE || !may_set(own, v))
+        const struct variable *v = variable_at(fmu, references[k]);
+        if (!v || v->reference == FOLLOW_PROFILE || !may_set(fmu, v))
             return fmi3Error;
         if (!isfinite(values[k]))
-            return say(own, fmi3Error, "a value that is set must be a finite number");
+            return report(fmu, fmi3Error, "a value that is set must be a finite number");
         if (values[k] < v->least) {
             char text[120];
             snprintf(text, sizeof text, "valueReference %lu: %.17g is below its min, %g",
                      (unsigned long)v->reference, values[k], v->least);
-            return say(own, fmi3Error, text);
+            return report(fmu, fmi3Error, text);
         }
     }
     for (size_t k = 0; k < count; k++) {
         const struct variable *v = &variables[references[k]];
-        memcpy((char *)&own->state + v->place, &values[k], sizeof values[k]);
-        if (v->place < AT(drive) + sizeof own->state.drive)
-            own->state.changed = 1;
+        memcpy((char *)&fmu->state + v->place, &values[k], sizeof values[k]);
+        if (v->place < AT(drive) + sizeof fmu->state.drive)
+            fmu->state.changed = 1;
     }
     return fmi3OK;
 }
@@ -362,13 +369,13 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference refere
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference references[],
                           size_t count, fmi3Boolean values[], size_t size)
 {
-    struct fmu *own = instance;
-    if (!own || check(own, references, count, values, size) != fmi3OK)
+    struct fmu *fmu = instance;
+    if (!fmu || check(fmu, references, count, values, size) != fmi3OK)
         return fmi3Error;
     for (size_t k = 0; k < count; k++) {
         if (references[k] != FOLLOW_PROFILE)
-            return say(own, fmi3Error, "valueReference: only follow_profile is a Boolean");
-        values[k] = own->state.follow_profile;
+            return report(fmu, fmi3Error, "valueReference: only follow_profile is a Boolean");
+        values[k] = fmu->state.follow_profile;
     }
     return fmi3OK;
 }
@@ -376,78 +383,78 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference refere
 fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference references[],
                           size_t count, const fmi3Boolean values[], size_t size)
 {
-    struct fmu *own = instance;
-    if (!own || check(own, references, count, values, size) != fmi3OK)
+    struct fmu *fmu = instance;
+    if (!fmu || check(fmu, references, count, values, size) != fmi3OK)
         return fmi3Error;
     for (size_t k = 0; k < count; k++) {
         if (references[k] != FOLLOW_PROFILE)
-            return say(own, fmi3Error, "valueReference: only follow_profile is a Boolean");
-        if (!may_set(own, &variables[FOLLOW_PROFILE]))
+            return report(fmu, fmi3Error, "valueReference: only follow_profile is a Boolean");
+        if (!may_set(fmu, &variables[FOLLOW_PROFILE]))
             return fmi3Error;
-        own->state.follow_profile = values[k];
+        fmu->state.follow_profile = values[k];
     }
     return fmi3OK;
 }
 
 /* ---- The FMU's state: a plain copy. */
 
-fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *kept)
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *saved)
 {
-    struct fmu *own = instance;
-    if (!own || !kept)
+    struct fmu *fmu = instance;
+    if (!fmu || !saved)
         return fmi3Error;
-    if (!*kept && !(*kept = malloc(sizeof own->state)))
-        return say(own, fmi3Error, "out of memory");
-    memcpy(*kept, &own->state, sizeof own->state);
+    if (!*saved && !(*saved = malloc(sizeof fmu->state)))
+        return report(fmu, fmi3Error, "out of memory");
+    memcpy(*saved, &fmu->state, sizeof fmu->state);
     return fmi3OK;
 }
 
-fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState kept)
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState saved)
 {
-    struct fmu *own = instance;
-    if (!own || !kept)
+    struct fmu *fmu = instance;
+    if (!fmu || !saved)
         return fmi3Error;
-    memcpy(&own->state, kept, sizeof own->state);
+    memcpy(&fmu->state, saved, sizeof fmu->state);
     return fmi3OK;
 }
 
-fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *kept)
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *saved)
 {
-    if (!instance || !kept)
+    if (!instance || !saved)
         return fmi3Error;
-    free(*kept);
-    *kept = NULL;
+    free(*saved);
+    *saved = NULL;
     return fmi3OK;
 }
 
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState kept, size_t *size)
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState saved, size_t *size)
 {
-    if (!instance || !kept || !size)
+    if (!instance || !saved || !size)
         return fmi3Error;
     *size = sizeof(struct fmu_state);
     return fmi3OK;
 }
 
-fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState kept, fmi3Byte bytes[],
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState saved, fmi3Byte bytes[],
                                  size_t size)
 {
-    if (!instance || !kept || !bytes || size != sizeof(struct fmu_state))
+    if (!instance || !saved || !bytes || size != sizeof(struct fmu_state))
         return fmi3Error;
-    memcpy(bytes, kept, size);
+    memcpy(bytes, saved, size);
     return fmi3OK;
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size,
-                                   fmi3FMUState *kept)
+                                   fmi3FMUState *saved)
 {
-    struct fmu *own = instance;
-    if (!own || !bytes || !kept)
+    struct fmu *fmu = instance;
+    if (!fmu || !bytes || !saved)
         return fmi3Error;
     if (size != sizeof(struct fmu_state))
-        return say(own, fmi3Error, "a serialized state is not of this FMU: its size differs");
-    if (!*kept && !(*kept = malloc(size)))
-        return say(own, fmi3Error, "out of memory");
-    memcpy(*kept, bytes, size);
+        return report(fmu, fmi3Error, "a serialized state is not of this FMU: its size differs");
+    if (!*saved && !(*saved = malloc(size)))
+        return report(fmu, fmi3Error, "out of memory");
+    memcpy(*saved, bytes, size);
     return fmi3OK;
 }
 

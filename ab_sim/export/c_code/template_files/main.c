@@ -10,23 +10,23 @@
 
 int main(int count, char **arguments)
 {
-    double given[2] = {0.0, @SECONDS@}; /* speed, seconds */
+    double values[2] = {0.0, @SECONDS@}; /* speed, seconds */
     for (int i = 1; i < count; i++) {
         char *end = arguments[i];
         if (i < 3)
-            given[i - 1] = strtod(arguments[i], &end);
-        if (end == arguments[i] || *end != '\0' || !(given[1] >= 0.0)) {
+            values[i - 1] = strtod(arguments[i], &end);
+        if (end == arguments[i] || *end != '\0' || !(values[1] >= 0.0)) {
             fprintf(stderr, "usage: %s [SPEED in rad/s] [SECONDS]\n", arguments[0]);
             return 2;
         }
     }
-    const double seconds = given[1];
+    const double seconds = values[1];
     const long every = @EVERY@;
     struct drive d;
     drive_init(&d);
     if (count < 2)
         drive_follow_profile(&d);
-    else if (drive_command(&d, given[0]) != DRIVE_OK) {
+    else if (drive_command(&d, values[0]) != DRIVE_OK) {
         fprintf(stderr, "%s rad/s: must be within +-%g rad/s\n", arguments[1], DRIVE_MAX_SPEED);
         return 2;
     }
