@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,9 +11,7 @@ from ab_sim.base.errors import RecordingError
 from ab_sim.drive.urdf import ball_radius
 from ab_sim.record.recording.curves import Curves
 from ab_sim.record.recording.explanation import Explanation
-from ab_sim.record.recording.shapes import Arrows, Space, TopView
-
-Parts = Iterator[tuple[str, Any]]  # entities and their data
+from ab_sim.record.recording.shapes import Arrows, Parts, Space, TopView
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from ab_sim.record.recording.drawing import Drawing
 from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.layout import Array, layout_of, plotted_columns
 from ab_sim.record.recording.signals import Final, FinalRms, FrameRate
-from ab_sim.record.recording.vibration import SpindlePhase, VibrationCurves
+from ab_sim.record.recording.vibration import Sent, SpindlePhase, VibrationCurves
 
 ALWAYS = ("step", "time")
 """First channels of every recording."""
@@ -30,8 +30,6 @@ three samples. Channels are recorded at every step."""
 
 _PLANE = ("x", "y", "ax", "ay")
 _SPACE = ("x", "y", "z", "ax", "ay", "az", "qw", "qx", "qy", "qz")
-
-Sent = tuple[str, Array, Any]  # entity, rows with the times, columns
 
 
 def _legend_text(drawing: Drawing, final: Final | None, without_balls: Final | None) -> str:

@@ -29,7 +29,8 @@ from ab_sim.record.recording.layout import (
 )
 from ab_sim.record.recording.piped_file import FLUSH_SECONDS, PipedFile
 from ab_sim.record.recording.signals import FrameRate
-from ab_sim.record.recording.views import ALWAYS, PERIOD, DriveView, PlotsView, Sent
+from ab_sim.record.recording.vibration import Sent
+from ab_sim.record.recording.views import ALWAYS, PERIOD, DriveView, PlotsView
 
 BATCH_ROWS = 5000  # rows that are sent together: sending 200 rows takes as long as sending 1
 PICTURES_WAIT = 1.0  # longest delay of drawings without a viewer, in time of the run [s]
