@@ -3,11 +3,11 @@
     python benchmarks/first_run.py [--repeats 3] [--out FOLDER]
 
 Each run is a separate process with an empty cache folder. It imports the package, creates a drive
-and runs the scene to its end. README's first command is timed in the same way; it runs the scene
-also without balls, and draws. In a process that has run a scene, further sets of effects, numbers
-of balls, kinds of segment and steppers are timed in turn, from a scene to its first step. Prints a
-table and writes first-run.json: medians of wall time, of the CPU time of the whole process, and of
-its peak memory.
+and runs the scene to its end. Two commands are timed in the same way: `ab-sim run`, which runs the
+scene also without balls, and README's first command, which draws, too. In a process that has run a
+scene, further sets of effects, numbers of balls, kinds of segment and steppers are timed in turn,
+from a scene to its first step. Prints a table and writes first-run.json: medians of wall time, of
+the CPU time of the whole process, and of its peak memory.
 """
 
 import json
@@ -52,8 +52,8 @@ FURTHER: dict[str, tuple[str, ...]] = {
     "the other plant": ("feeding-deck",),
 }
 """Scenes with changes for a process that has run thesis-hold."""
-COMMAND = ("run", "thesis-hold", "--plot")
-"""Arguments of ab-sim; the picture's name follows."""
+COMMANDS = (("run", "thesis-hold"), ("run", "thesis-hold", "--plot"))
+"""Arguments of ab-sim: a run alone, and README's first command; a picture's name follows."""
 MACHINE_CODE, IMPORTS, FIRST_STEP, TO_THE_END = "machine code", "imports", "first step", "the end"
 WHOLE, CPU, MEMORY = "whole", "whole, CPU time", "most memory [MB]"
 
@@ -137,9 +137,10 @@ def run_scene(cache: str, *asked: str) -> dict[str, float]:
     return run(cache, __file__, "--child", *asked)
 
 
-def command(cache: str) -> dict[str, float]:
-    """Run README's first command."""
-    return run(cache, "-m", "ab_sim", *COMMAND, str(Path(cache, "hold.png")))
+def command(cache: str, words: tuple[str, ...]) -> dict[str, float]:
+    """Run a command of ``COMMANDS``."""
+    picture = [str(Path(cache, "hold.png"))] if words[-1] == "--plot" else []
+    return run(cache, "-m", "ab_sim", *words, *picture)
 
 
 def main() -> None:
@@ -149,7 +150,10 @@ def main() -> None:
         what: lambda cache, changed=changed: run_scene(cache, *changed)
         for what, changed in RUNS.items()
     }
-    measured[" ".join(("ab-sim", *COMMAND))] = command
+    measured |= {
+        " ".join(("ab-sim", *words)): lambda cache, words=words: command(cache, words)
+        for words in COMMANDS
+    }
     measured["further"] = lambda cache: run(cache, __file__, "--further")
     runs: dict[str, list[dict[str, float]]] = {}
     for _ in range(asked.repeats):

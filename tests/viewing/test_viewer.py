@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -170,6 +171,16 @@ def test_a_file_that_is_gone_ends_its_feed(tmp_path: Path) -> None:
     until(lambda: feed.over, "its process ends")
     assert feed.waiting == 0
     feed.stop()
+    program.close()
+
+
+def test_only_linux_ties_a_process_to_its_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other systems have no ``prctl``, so the program is started directly there."""
+    program = Program()
+    monkeypatch.setattr(sys, "platform", "darwin")
+    begun = program.start(["--version"], tied=True, screen=False)
+    assert begun.process.wait(DEADLINE) == 0
+    assert sys.executable not in begun.process.args
     program.close()
 
 

@@ -63,13 +63,14 @@ class Program:
         Args:
             arguments: arguments of the program.
             stdin: as in ``subprocess.Popen``.
-            tied: whether the process exits with the calling thread.
+            tied: whether the process exits with the calling thread, even if it is killed; on Linux
+                only.
             screen: whether the process may open a window.
         """
         self._logs += 1
         log = Path(self._folder.name, f"{self._logs}.log")
         hidden = () if screen else _SCREENS
-        tie = [sys.executable, "-I", "-S", "-c", _TIED] if tied else []
+        tie = [sys.executable, "-I", "-S", "-c", _TIED] if tied and sys.platform == "linux" else []
         with log.open("wb") as writing:
             process = subprocess.Popen(
                 [*tie, self._path, *arguments],
