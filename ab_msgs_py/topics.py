@@ -19,8 +19,9 @@ _TRANSFORMS = Qos(100)  # as in tf2's broadcasters
 # Deep enough for the blocks of some seconds in which a recorder does not read, and for a sensor's
 # samples of one wake-up.
 _DEEP = Qos(1000)
+# Facts that change rarely: a late subscriber needs the last message, and only that one.
 _LATCHED = Qos(1, latched=True)
-_LOG = Qos(1000, latched=True)
+_LOG = Qos(1000, latched=True)  # as ROS's own publishers of /rosout
 
 _TEXT = Conversion(samples.text_fields, samples.text_of)
 _FRAMES = Conversion(samples.frames_fields, samples.frames_of)

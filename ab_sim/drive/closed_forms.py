@@ -73,6 +73,8 @@ def completed(unbalance: float, moments: Sequence[float], placed: np.ndarray) ->
         return None
     if far == 0.0:
         return np.array([0.0, math.pi, *placed])
+    # Both balls' vectors and the vector ``need`` form a triangle. The law of cosines gives the
+    # angles between ``need`` and the two others.
     middle = math.atan2(need.imag, need.real)
     aside_1 = acos_of((far * far + one * one - two * two) / (2.0 * far * one))
     aside_2 = acos_of((far * far + two * two - one * one) / (2.0 * far * two))

@@ -161,6 +161,7 @@ class AdaptiveController:
         return None if step % self._per_command else self._decide(stamped_time(step, self._step_ns))
 
     def _receive(self, run: Trajectory) -> None:
+        """Pass the sensor's samples in a run to the controller, with the effect of faults."""
         rows, at = taken(run, self._per_sample), run.channels.index
         steps = rows[:, 0].astype(np.int64)
         first = at(f"{self._sensor}_1")
@@ -172,6 +173,7 @@ class AdaptiveController:
                 self.start_up.sample(stamped_time(step, self._step_ns), *row)
 
     def _decide(self, time: float) -> float | None:
+        """Let the controller command a speed [rad/s] at a time [s], and log a new decision."""
         start_up = self.start_up
         speed = start_up.command(time)
         if start_up.decision.number != self._decided:
@@ -249,6 +251,7 @@ class SegmentsController:
         return self._run.commanded
 
     def _receive(self, run: Trajectory, name: str, every: int) -> None:
+        """Pass one sensor's samples in a run to the profile, with the effect of faults."""
         rows = taken(run, every)
         channels = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
         columns = [run.channels.index(channel) for channel in channels if channel in run.channels]
@@ -259,6 +262,7 @@ class SegmentsController:
             self._execution.receive(now, name, step * self._step_ns, vector)
 
     def _say(self, status: str, well: bool) -> None:
+        """Log a status of the profile as a decision."""
         if status != "idle":
             self.decisions.append(TimedDecision(self._time, status))
             if self._run.state is ProfileState.ABORTING:

@@ -52,10 +52,12 @@ def _listed(values: Any) -> dict[str, Any]:
 
 
 def _unbalance(scene: Scene) -> float:
+    """Return the rotor's unbalance M0 e [kg m]."""
     return scene.eccentric_mass * scene.rotor.eccentricity
 
 
 def _motion(scene: Scene) -> float:
+    """Return the expected size of the deck's motion [m], for the scale of a drawing."""
     # Far above all critical speeds, without balls: the inertia yields to the unbalance.
     whirl, deck = _unbalance(scene) / scene.total_mass, scene.deck
     if deck is None:
@@ -78,6 +80,7 @@ def _peak(scene: Scene) -> float:
 
 
 def _balance(scene: Scene) -> dict[str, Any] | None:
+    """Return the fields of ``Balance``, or the reason for which there is none."""
     if "race_runout" in scene.effects:
         return {"left_out": "the race has a runout"}
     if len({*scene.balls.races}) > 1:
@@ -108,6 +111,7 @@ def _without_balls(scene: Scene) -> dict[str, Any]:
 
 
 def _period(scene: Scene) -> dict[str, float] | None:
+    """Return speeds and accelerations of the variable-speed period; None without one."""
     profile = scene.profile
     if profile is None or profile.kind != "start_up" or profile.variable_speed_period is None:
         return None

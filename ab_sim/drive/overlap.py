@@ -83,6 +83,8 @@ class OverlapAccumulator:
         turns = np.floor(between / (2.0 * math.pi))
         within = between - 2.0 * math.pi * turns
         overlap = np.minimum(within, 2.0 * math.pi - within) < self._apart
+        # The number of turns between two balls changes when one passes the other, even if no
+        # sample shows them together.
         before = turns[:1] if self._before is None else self._before
         overlap |= np.diff(turns, axis=0, prepend=before) != 0.0
         self._before = turns[-1:]

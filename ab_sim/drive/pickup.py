@@ -181,6 +181,8 @@ class Pickup:
         passed = self._pass(force)
         every = self.steps_per_sample
         digitised = np.vstack((self._reading, self._digits(passed[-first_step % every :: every])))
+        # Row 0 is the reading held so far, and each sample adds a row. So the index of a step's
+        # reading is the number of samples taken up to then in this call.
         steps = np.arange(first_step, first_step + count)
         readings = digitised[steps // every - (first_step - 1) // every]
         self._reading = readings[-1].copy()
@@ -194,6 +196,7 @@ class Pickup:
         return passed
 
     def _on_axes(self, force: np.ndarray) -> np.ndarray:
+        """Return the input on the sensor's axes, shape (steps, axes)."""
         # No matrix product: its rounding depends on the number of rows.
         x, y = force[:, 0], force[:, 1]
         cosine = math.cos(self.sensor.axis_angle)
@@ -202,6 +205,7 @@ class Pickup:
         return np.column_stack((*turned, *force.T[2:]))
 
     def _noise(self, first_step: int, count: int) -> np.ndarray:
+        """Return the noise of consecutive steps [m/s^2], shape (count, axes)."""
         start = first_step % NOISE_BLOCK
         blocks = range(first_step // NOISE_BLOCK, (first_step + count - 1) // NOISE_BLOCK + 1)
         drawn = [self._noise_of_block(block) for block in blocks]
@@ -209,8 +213,11 @@ class Pickup:
         return noise[start : start + count]
 
     def _noise_of_block(self, block: int) -> np.ndarray:
+        """Return the noise of ``NOISE_BLOCK`` steps; the last block is cached."""
         if block != self._block:
-            # Neighbouring blocks are 2^64 random numbers apart, streams 2^128.
+            # A counter-based generator (Salmon et al. (2011), SC '11) starts anywhere, so a step's
+            # noise needs no earlier steps. Neighbouring blocks are 2^64 random numbers apart,
+            # streams 2^128.
             at = (self._stream << 128) | (block << 64)
             bits = np.random.Philox(key=(_STREAM << 64) | self.sensor.seed, counter=at)
             normal = np.random.Generator(bits).standard_normal((NOISE_BLOCK, self.axes))

@@ -269,6 +269,7 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
 
 
 def _digest(run: str) -> str:
+    """Return the SHA-256 of the stored run, which shows damage."""
     return hashlib.sha256(run.encode()).hexdigest()
 
 
@@ -284,6 +285,7 @@ def _different(one: Any, other: Any, name: str = "") -> list[str]:
 
 
 def _as_values(snapshot: Snapshot) -> dict[str, Any]:
+    """Return a snapshot as JSON-able values."""
     schedule = snapshot.schedule
     return {
         "steps": snapshot.steps,
@@ -307,6 +309,7 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
 
 
 def _from_values(kept: Mapping[str, Any]) -> Snapshot:
+    """Return the snapshot of ``_as_values``; raise ValueError for values of another form."""
     steps, step = entry(kept, "steps", whole), entry(kept, "step", float)
     if not abs(steps) * step < MOST_TIME:
         raise ValueError(f"steps = {steps}, step = {step}: must be less than {MOST_TIME:g} s")
@@ -334,6 +337,7 @@ def _numbers(values: Any) -> NDArray[np.float64]:
 
 
 def _segments(rows: Any) -> list[ScheduledSegment]:
+    """Return the segments of a schedule; refuse gaps, and a last segment that ends."""
     segments = [
         ScheduledSegment(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
         for start, end, angle, kind, parts in rows

@@ -244,6 +244,7 @@ class Steps:
         return self._stepper.memory, states
 
     def _run(self, code: Code) -> Run:
+        """Return the run along segments of one kind; all runs share state and workspace."""
         weights, parts = self._stepper.weights, self._stepper.parts
         step = code.step(weights, parts=parts) if isinstance(weights, EMITTED) else NOWHERE
         arguments = self._balls, self.work, self._system, code, step, self._step, self.state

@@ -129,6 +129,7 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, in
 
 
 def _counted(name: str, value: int, least: int) -> int:
+    """Return a value if it is a whole number, at least ``least``; else raise an error."""
     try:
         # operator.index would accept a bool as 0 or 1.
         whole = None if isinstance(value, bool) else operator.index(value)
@@ -345,11 +346,13 @@ class Trajectory(Presented):
         return self.samples[:, at : at + count]
 
     def _turning(self, first: str) -> np.ndarray:
+        """Return a vector in three channels on deck axes, turned to inertial axes."""
         if not self.tilts:
             return np.zeros((len(self), 3))
         return ordered_dot(self.turned, self._from(first, 3)[:, None])
 
     def _of_balls(self, what: str) -> np.ndarray:
+        """Return the channel ``angle`` or ``rate`` of all balls, shape (samples, balls)."""
         if not self.balls:
             return np.empty((len(self), 0))
         first = column_of(f"ball_0_{what}", self.channels)

@@ -278,7 +278,7 @@ def unit_at(key: Key) -> str:
         "1" for dimensionless numbers; "-" for other values and unknown keys.
     """
     steppers = registry("steppers").steppers()
-    units_of_keys = _known(tuple(effect_classes().items()), tuple(steppers))
+    units_of_keys = _keys_with_units(tuple(effect_classes().items()), tuple(steppers))
     for wanted in (key, key[:-1]) if key[-1].isdecimal() else (key,):
         units = {
             unit
@@ -291,7 +291,9 @@ def unit_at(key: Key) -> str:
 
 
 @functools.lru_cache(maxsize=8)
-def _known(effects: tuple[Any, ...], steppers: tuple[str, ...]) -> tuple[tuple[Key, str], ...]:
+def _keys_with_units(
+    effects: tuple[Any, ...], steppers: tuple[str, ...]
+) -> tuple[tuple[Key, str], ...]:
     """Return all keys with their units, cached until an effect or stepper is registered."""
     rows: list[SceneKey] = scene_keys()
     return tuple((tuple(row.key.split(".")), row.unit) for row in rows)

@@ -326,6 +326,8 @@ class _Search:
                 return [tried]
             failed, wanted = at, 0.0
             if tried is not None:
+                # The error falls with the power ``order`` of the step. The factor 0.9 aims at a
+                # slightly longer step than that, as a step that is too short costs more.
                 ratio = SAFETY * self._share(self._error(tried))
                 wanted = 0.9 * rungs[at] * ratio ** (1.0 / stepper.order)
             at += 1

@@ -212,6 +212,7 @@ class Trials:
                 for _ in range(2):
                     self._go(scene, few, 1)
             self._afford(stepper, rung)
+            # As many samples per longest step as fit, so that two runs have many times in common.
             kept = max(
                 k for k in RUNGS if rung % k == 0 and (k == 1 or k * self._bases <= MOST_SAMPLES)
             )

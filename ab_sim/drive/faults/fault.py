@@ -191,6 +191,7 @@ def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
 
 
 def _check_slip(fault: Fault, scene: Scene) -> None:
+    """Refuse a slipping disc in a scene where more than the unbalance's direction would change."""
     if "race_runout" in scene.effects:
         raise InputError(
             f"faults: {fault.text!r}: the race is off the shaft (race_runout), and would not turn "
@@ -204,6 +205,7 @@ def _check_slip(fault: Fault, scene: Scene) -> None:
 
 
 def _fault(text: str) -> Fault:
+    """Parse one fault; raise InputError if the text is not one."""
     component, verb, number = (*text.split(), "", "")[:3]
     kind = KINDS.get(verb)
     if kind is None or len(text.split()) > 3:
@@ -227,6 +229,7 @@ def _fault(text: str) -> Fault:
 
 
 def _usage(verb: str) -> str:
+    """Return how a kind of fault is written, with its meaning, for messages."""
     kind = KINDS[verb]
     number = "" if not kind.size else " NUMBER" if kind.usual is None else " [NUMBER]"
     return f"{verb}{number} ({kind.meaning})"
@@ -303,6 +306,7 @@ class SensedFaults:
                 )
             elif fault.verb == "drifts":
                 every = 1 if sensor is None else steps_per_sample(sensor.sample_rate, self._step)
+                # A sensor holds each sample, and with it the drift at the sample's step.
                 age = np.maximum(steps - steps % every - self._since[fault], 0)
                 readings = readings + fault.size * self._step * age
             elif fault.verb == "saturates":

@@ -109,6 +109,7 @@ def stop_held_balls(
 
 
 def _softened(system: System, scene: Scene, component: str, part: float) -> System:
+    """Return the system with ``part`` of the stiffness of a mount or of a suspension effect."""
     kind, _, which = component.rpartition("_")
     if kind == "mount":
         mounts = system.deck_model.mounts.copy()

@@ -66,6 +66,8 @@ class Library:
             self._codes.append(code)
             for function_, translated in module.new.items():
                 fields = {name: flags.get(name) for name in module.reads(function_)}
+                # Later modules call long functions by their addresses. Short ones are inlined, so
+                # their text is kept.
                 if not translated.is_short:
                     symbol, translated = translated.signature.symbol, translated._replace(body="")
                     self._addresses[symbol] = code.address(symbol)

@@ -82,6 +82,8 @@ class Parameter(NamedTuple):
 
 
 class _Family(NamedTuple):
+    """Steppers of one name, which differ in the values of their parameters."""
+
     make: Callable[..., Stepper]
     parameters: Mapping[str, Parameter]
 
@@ -115,7 +117,7 @@ def register_family(
 
 def steppers() -> dict[str, Stepper]:
     """Return every stepper by name, with its parameters' defaults."""
-    return {name: stepper_named(name) for name in _known()}
+    return {name: stepper_named(name) for name in _all_families()}
 
 
 def parameters_of(name: str) -> Mapping[str, Parameter]:
@@ -152,6 +154,7 @@ def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Ste
 
 
 def _check(key: str, value: float, parameter: Parameter) -> None:
+    """Refuse a value that a parameter does not allow."""
     lowest, highest = parameter.lowest, parameter.highest
     if parameter.values:
         if value in parameter.values:
@@ -168,7 +171,8 @@ def _check(key: str, value: float, parameter: Parameter) -> None:
 
 
 def _family(name: str) -> _Family:
-    families = _known()
+    """Return the family of a name; raise SceneError if there is none."""
+    families = _all_families()
     if name in families:
         return families[name]
     raise SceneError(
@@ -185,7 +189,8 @@ def _import_all() -> None:
     load_installed()
 
 
-def _known() -> dict[str, _Family]:
+def _all_families() -> dict[str, _Family]:
+    """Return all registered families by name, those of plug-ins included."""
     _import_all()
     # Sorted by name, as the order of registration depends on earlier imports.
     return dict(sorted(_families.items()))

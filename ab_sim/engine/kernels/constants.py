@@ -97,10 +97,12 @@ def pattern(system: System) -> Any:
 
 
 def _bodies(system: System) -> tuple[Any, tuple[Any, ...]]:
+    """Return the deck model and the effects, whose floats are raw constants."""
     return system.deck_model, system.effects
 
 
 def _pattern(value: Any) -> Any:
+    """Return nested tuples with ``float`` in place of floats, and shapes in place of arrays."""
     if type(value) is float or isinstance(value, np.floating):
         return float
     if isinstance(value, np.ndarray):

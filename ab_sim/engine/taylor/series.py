@@ -107,7 +107,7 @@ class _Equations:
         model, of = self._model, series.coefficient
         zero = model.graph.constant(0.0)
 
-        def known(a: Expression, b: Expression) -> Expression:
+        def without_unknown(a: Expression, b: Expression) -> Expression:
             """Return coefficient k of the product a b without the term a_0 b_k."""
             return series.product(a, b, k, 1) if k else zero
 
@@ -120,16 +120,16 @@ class _Equations:
         for r, row in enumerate(self._block):
             total = of(self._force[r], k)
             for entry, x in zip(row, self._x, strict=True):
-                total = total - known(entry, x)
+                total = total - without_unknown(entry, x)
             if self._moment:
                 known_part = ahead.coefficient(self._moment[r], k + 2)
                 total = total - float((k + 2) * (k + 1)) * known_part
             else:
-                total = total + over_balls(model.count, known(self._coupling[r], self._path))
+                total = total + over_balls(model.count, without_unknown(self._coupling[r], self._path))
             force.append(total)
         path_force = of(self._path_force, k)
         for coupling, x in zip(self._coupling, self._x, strict=True):
-            path_force = path_force + known(coupling, x)
+            path_force = path_force + without_unknown(coupling, x)
         first: list[list[Number]] = [[of(entry, 0) for entry in row] for row in self._block]
         couplings: list[Number] = [of(entry, 0) for entry in self._coupling]
         arrow = Arrow(first, force, couplings, couplings, 0.0, path_force)

@@ -35,6 +35,7 @@ def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any
 
 
 def _check_results(effect: Any, method: str, term: Any, zero: Any) -> None:
+    """Refuse a result of an effect's method with another shape than ``zero``."""
     result_shape, wanted = _shape(term), _shape(zero)
     if result_shape != wanted:
         raise InputError(

@@ -65,6 +65,7 @@ def _rounded(speed: float) -> float:
 
 
 def _words(scheduled: ScheduledSegment) -> str:
+    """Describe a segment that ends at a known time."""
     lasts = scheduled.end - scheduled.start
     begin, end = _speed(scheduled), _rounded(scheduled.segment.speed(lasts))
     if not isinstance(scheduled.segment, Ramp):
