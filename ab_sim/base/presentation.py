@@ -178,7 +178,7 @@ def finite(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def ends(first: float, last: float, unit: str) -> str:
-    """Return a range with its unit, as text."""
+    """Return a range as text, with its unit: ``0 to 6 s``."""
     return f"{first:.4g} to {last:.4g} {unit}"
 
 

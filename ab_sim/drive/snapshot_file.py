@@ -274,7 +274,7 @@ def _digest(run: str) -> str:
 
 
 def _different(one: Any, other: Any, name: str = "") -> list[str]:
-    """Return the dotted names of differing values."""
+    """Return the dotted names of the values in which two nested mappings differ."""
     if one == other:
         return []
     if not (isinstance(one, dict) and isinstance(other, dict)):

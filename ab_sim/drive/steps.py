@@ -256,7 +256,13 @@ class Steps:
 
 
 def implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
-    """Return the workspace of an implicit step of the generalized-alpha method."""
+    """Return the workspace of an implicit step.
+
+    Args:
+        weights: parameters of the generalized-alpha method.
+        code: machine code of the kind of scene, with the slope and its derivative.
+        states: number of states.
+    """
     lanes = lanes_for(code.model.count)
     return ImplicitWork(
         code.address("slope"),

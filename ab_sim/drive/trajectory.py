@@ -341,7 +341,7 @@ class Trajectory(Presented):
         return 3 if self.tilts else 2
 
     def _from(self, first: str, count: int) -> np.ndarray:
-        """Return adjacent channels, beginning with a named one, as a view."""
+        """Return ``count`` adjacent channels from the channel ``first`` on, as a view."""
         at = column_of(first, self.channels)
         return self.samples[:, at : at + count]
 

@@ -85,7 +85,7 @@ class Latex(Notation):
         return PrintedText(rf"{digits} \cdot 10^{{{int(power)}}}", Holds.PRODUCT)
 
     def fraction(self, top: int, bottom: int) -> PrintedText:
-        """Return the LaTeX of a short fraction."""
+        """Return the number top/bottom, which has few digits."""
         return PrintedText(rf"\frac{{{top}}}{{{bottom}}}", Holds.ATOM)
 
     def indexed(self, symbol: str, index: str) -> str:
@@ -109,7 +109,7 @@ class Latex(Notation):
         return PrintedText(rf"\frac{{{above.text}}}{{{below.text}}}", Holds.ATOM)
 
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """Return a power whose exponent is a whole number, 2 or more."""
+        """Return the power of a base; the exponent is a whole number, 2 or more."""
         tight = base.holds == Holds.ATOM and not base.text.startswith(r"\frac")
         text = base.text if tight else self.bracketed(base.text)
         return PrintedText(f"{text}^{{{by}}}", Holds.POWER)
@@ -128,20 +128,20 @@ class Latex(Notation):
         return PrintedText(rf"{head}\left({argument.text}\right)", Holds.PRODUCT)
 
     def comparison(self, op: str, left: str, right: str) -> str:
-        """Return a comparison, ``lt`` or ``le``."""
+        """Return the text of left < right (``lt``) or left <= right (``le``)."""
         return f"{left} {'<' if op == 'lt' else chr(92) + 'le'} {right}"
 
     def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
-        """Return a choice between two texts by a condition."""
+        """Return the text of ``then`` if a condition holds, else ``other``."""
         cases = rf"{then.text} & {condition} \\ {other.text} & \text{{else}}"
         return PrintedText(rf"\begin{{cases}} {cases} \end{{cases}}", Holds.ATOM)
 
     def total(self, term: str, index: str) -> PrintedText:
-        """Return the sum of a product over the balls."""
+        """Return the sum of a term over the balls, which ``index`` counts."""
         return PrintedText(rf"\sum_{index} {term}", Holds.OPEN)
 
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """Return the sum over the balls of a matrix element times a product."""
+        """Return the sum of matrix elements times a term, over the balls that ``over`` counts."""
         return PrintedText(rf"\sum_{over} B_{{{index}{over}}} \, {term}", Holds.OPEN)
 
 
@@ -174,7 +174,7 @@ class PlainText(Notation):
         return PrintedText(f"{value:.12g}", Holds.ATOM)
 
     def fraction(self, top: int, bottom: int) -> PrintedText:
-        """Return a number that is a short fraction."""
+        """Return the number top/bottom, which has few digits."""
         return PrintedText(f"{top}/{bottom}", Holds.OPEN)
 
     def indexed(self, symbol: str, index: str) -> str:
@@ -197,7 +197,7 @@ class PlainText(Notation):
         return PrintedText(f"{top}/{bottom}", Holds.OPEN)
 
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """Return a power whose exponent is a whole number, 2 or more."""
+        """Return the power of a base; the exponent is a whole number, 2 or more."""
         return PrintedText(f"{self.tight(base, Holds.ATOM)}^{by}", Holds.POWER)
 
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
@@ -207,19 +207,19 @@ class PlainText(Notation):
         return it if power == 1 else self.power(it, power)
 
     def comparison(self, op: str, left: str, right: str) -> str:
-        """Return a comparison, ``lt`` or ``le``."""
+        """Return the text of left < right (``lt``) or left <= right (``le``)."""
         return f"{left} {'<' if op == 'lt' else '<='} {right}"
 
     def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
-        """Return a choice between two texts by a condition."""
+        """Return the text of ``then`` if a condition holds, else ``other``."""
         return PrintedText(
             f"{self.tight(then, Holds.SUM)} if {condition}, else {other.text}", Holds.CHOICE
         )
 
     def total(self, term: str, index: str) -> PrintedText:
-        """Return the sum of a product over the balls."""
+        """Return the sum of a term over the balls, which ``index`` counts."""
         return PrintedText(f"sum_{index} {term}", Holds.OPEN)
 
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """Return the sum over the balls of a matrix element times a product."""
+        """Return the sum of matrix elements times a term, over the balls that ``over`` counts."""
         return PrintedText(f"sum_{over} B_{index}{over} {term}", Holds.OPEN)

@@ -48,7 +48,7 @@ class Notation(ABC):
 
     @abstractmethod
     def fraction(self, top: int, bottom: int) -> PrintedText:
-        """Return a number that is a short fraction."""
+        """Return the number top/bottom, which has few digits."""
 
     @abstractmethod
     def indexed(self, symbol: str, index: str) -> str:
@@ -68,7 +68,7 @@ class Notation(ABC):
 
     @abstractmethod
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """Return a power whose exponent is a whole number, 2 or more."""
+        """Return the power of a base; the exponent is a whole number, 2 or more."""
 
     @abstractmethod
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
@@ -76,19 +76,19 @@ class Notation(ABC):
 
     @abstractmethod
     def comparison(self, op: str, left: str, right: str) -> str:
-        """Return a comparison, ``lt`` or ``le``."""
+        """Return the text of left < right (``lt``) or left <= right (``le``)."""
 
     @abstractmethod
     def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
-        """Return a choice between two texts by a condition."""
+        """Return the text of ``then`` if a condition holds, else ``other``."""
 
     @abstractmethod
     def total(self, term: str, index: str) -> PrintedText:
-        """Return the sum of a product over the balls."""
+        """Return the sum of a term over the balls, which ``index`` counts."""
 
     @abstractmethod
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """Return the sum over the balls of a matrix element times a product."""
+        """Return the sum of matrix elements times a term, over the balls that ``over`` counts."""
 
     def tight(self, it: PrintedText, least: Holds) -> str:
         """Return a text, in brackets if it binds less strongly than ``least``."""

@@ -184,7 +184,13 @@ class Trials:
         ]
 
     def expected(self, stepper: Stepper, rung: int, like: Stepper) -> float:
-        """Return the expected CPU time of a run [s]; scaled from ``like`` if unmeasured."""
+        """Return the expected CPU time of a run [s].
+
+        Args:
+            stepper: method of the run.
+            rung: divisor of the longest step that gives the run's step.
+            like: method that has been run; its time per evaluation counts if ``stepper`` has not.
+        """
         per_step = self._per_step.get(stepper.name)
         if per_step is None:
             per_step = self._per_step[like.name] * stepper.evaluations / like.evaluations

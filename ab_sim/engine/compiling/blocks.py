@@ -124,7 +124,7 @@ class BlockWriter:
         self.end(f"br label %{label}")
 
     def fork(self, condition: str, yes: str, no: str) -> None:
-        """End the block with a branch to one of two others."""
+        """End the block with a jump to ``yes`` if a condition holds, else to ``no``."""
         self.end(f"br i1 {condition}, label %{yes}, label %{no}")
 
     def start(self, label: str) -> None:
@@ -191,7 +191,14 @@ class BlockWriter:
             self.lines.append(f"store {leaf} {one}, ptr {to}, align 8{FIELD}")
 
     def load(self, kind: Kind, pointer: str, at: int = 0, immutable: bool = True) -> Value:
-        """Return a value in memory; a record's fields are loaded when they are used."""
+        """Return a value in memory; a record's fields are loaded when they are used.
+
+        Args:
+            kind: kind of the value.
+            pointer: LLVM's name of a pointer.
+            at: offset of the value from the pointer, in leaves.
+            immutable: True if the memory does not change while the function runs.
+        """
         if isinstance(kind, RecordKind):
             return StoredRecord(kind, pointer, at, immutable)
         one = StoredRecord(RecordKind(None, ("0",), (kind,)), pointer, at, immutable)
@@ -261,7 +268,7 @@ class Operations(BlockWriter):
         self.source = source
 
     def fail(self, node: ast.AST, what: str, instead: str) -> NoReturn:
-        """Raise an error that names a line of the function."""
+        """Raise an error with a node's line, what is wrong there, and what to write instead."""
         raise self.source.error(node, what, instead)
 
     def truth(self, x: Number) -> Number:

@@ -131,7 +131,14 @@ class Expressions(Operations):
         return self.truth(self.number(node))
 
     def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:
-        """Return a value converted to the required kind; raise an error if this is not possible."""
+        """Return a value converted to the required kind; raise an error if this is not possible.
+
+        Args:
+            node: syntax node of the value, for the error's line.
+            value: value to convert.
+            kind: required kind.
+            what: name of the value's destination, for the error.
+        """
         if value.kind == kind:
             return value
         if isinstance(value, Number) and isinstance(kind, Scalar):

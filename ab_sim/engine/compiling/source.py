@@ -172,7 +172,7 @@ class FunctionSource:
         raise KeyError(name)
 
     def error(self, node: ast.AST, what: str, instead: str) -> Untranslatable:
-        """Return an error that names a line of the function."""
+        """Return an error with a node's line, what is wrong there, and what to write instead."""
         line = getattr(node, "lineno", self.tree.lineno) + self._above
         return Untranslatable(f"{self.file}:{line}: in {self.name}: {what}; {instead}")
 

@@ -298,7 +298,17 @@ def put_rates_at_end(run: Run, end: float, length: float) -> None:
 def put_force_rates(
     run: Run, time: float, shortly: float, state: Floats, slope: Floats, value: Floats, line: int
 ) -> None:
-    """Measure the rates of the functions at a state by a difference over ``shortly`` [s]."""
+    """Measure the rates of the event functions at a state by a forward difference.
+
+    Args:
+        run: run whose workspace gets the rates.
+        time: local time of the state [s].
+        shortly: time over which the difference is taken [s].
+        state: state, shape (states,).
+        slope: time derivative of the state.
+        value: event functions at the state.
+        line: line of ``force_rate`` to fill in: 0 for a step's start, 1 for its end.
+    """
     work, near, values = run.work, run.work.near, run.work.near_value
     for j in range(state.size):
         near[0, j] = state[j] + shortly * slope[j]
@@ -400,7 +410,10 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[int, float]:
 
 
 def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
-    """Return the rate of an event function at a step's start."""
+    """Return the rate of event function ``slot`` at a step's start; a force's rate is measured.
+
+    ``now`` is the local time of the start [s], and ``length`` that of the step [s].
+    """
     work = run.work
     if work.rate[slot] < NEVER:
         return work.rate[slot]

@@ -37,7 +37,14 @@ WIDTH = 13
 
 
 def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
-    """Return g of balls that move as one: the pull in excess of friction at rest, per inertia."""
+    """Return g of balls that move as one: the pull in excess of friction at rest, per inertia.
+
+    Args:
+        inertia: sum of the balls' mu [kg].
+        pull: sum of the forces on them [N].
+        hold: sum of their largest static friction [N]; negative if they are not at rest.
+        coarse: bound of the rounding error of ``pull`` [N].
+    """
     if hold < 0.0:
         return pull / inertia
     if abs(pull) <= hold + coarse:
@@ -56,7 +63,14 @@ def put_level(rows: Table, pool: int) -> None:
 
 
 def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
-    """Return whether pool ``before`` and the next one push each other, up to rounding."""
+    """Return whether pool ``before`` and the next one push each other, up to rounding.
+
+    Args:
+        rows: rows of touching balls.
+        before: number of the first of the two pools.
+        hop: difference of g up to which they stay together.
+        coarse: bound of the rounding error of a force on them [N].
+    """
     here = before + 1
     parts = rows[here, POOL_LEVEL] - rows[before, POOL_LEVEL]
     if parts <= hop:

@@ -11,7 +11,16 @@ from ab_sim.engine.kernels.runge_kutta import Tableau
 def explicit(
     name: str, order: int, source: str, rows: Sequence[Sequence[float]], weights: Sequence[float]
 ) -> Stepper:
-    """Return a method from the rows below its tableau's diagonal; stage times are the row sums."""
+    """Return a method from its Butcher tableau.
+
+    Args:
+        name: name in scenes.
+        order: order of the method.
+        source: publication of the coefficients.
+        rows: stage weights from the second stage on, up to the diagonal; the stage times are their
+            sums.
+        weights: weights of the stages in the step.
+    """
     stages = len(weights)
     a, b = np.zeros((stages, stages)), np.array(weights)
     for i, row in enumerate(rows, start=1):

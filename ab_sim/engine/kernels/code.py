@@ -68,7 +68,13 @@ class Code:
         return self.made(key, "step", lambda: step_text(self.emission, method, lanes, parts))
 
     def made(self, key: Any, name: str, text: Callable[[], str]) -> int:
-        """Return the address of a function in LLVM IR, which is compiled if necessary."""
+        """Return the address of a function, which is compiled when it is first requested.
+
+        Args:
+            key: key of the function in the cache.
+            name: name of the function in the text.
+            text: function that returns the LLVM IR.
+        """
         with self._lock:
             if key not in self._made:
                 code = MachineCode(text())

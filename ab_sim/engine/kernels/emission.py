@@ -178,7 +178,15 @@ class Emission:
         of_balls: Sequence[Expression],
         torque: Expression,
     ) -> None:
-        """Emit stores in the layout of a row: spindle and deck, numbers of each ball, motor."""
+        """Emit stores in the layout of a row: spindle and deck, numbers of each ball, motor.
+
+        Args:
+            body: emitter to use.
+            pointer: name of the pointer to the row.
+            first: numbers of spindle and deck.
+            of_balls: quantities per ball; those of one ball are adjacent in the row.
+            torque: motor torque, which is left out without a motor.
+        """
         for k, x in enumerate(first):
             body.store(x, MemorySlot(pointer, k))
         ball_column, n = len(first), self.model.count

@@ -315,7 +315,7 @@ def _slope_function(
 
 
 def _packed(into: Function, body: Body, roots: Sequence[Expression]) -> str:
-    """Return one vector of several numbers."""
+    """Emit several numbers, and return the name of one vector that holds them."""
     values, width = [body.values(x)[0] for x in roots], len(roots)
     if width == 1:
         return values[0]

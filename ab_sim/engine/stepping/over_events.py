@@ -230,13 +230,13 @@ def copy_from_lanes(runs: LaneRuns, run: Run, lane: int) -> None:
 
 
 def take_out(values: Floats, table: Table, lane: int) -> None:
-    """Copy one run's numbers from the lanes."""
+    """Copy a lane of a table, shape (numbers, 8), to ``values``."""
     for j in range(values.size):
         values[j] = table[j, lane]
 
 
 def put_in(table: Table, values: Floats, lane: int) -> None:
-    """Copy one run's numbers into the lanes."""
+    """Copy ``values`` to a lane of a table, shape (numbers, 8)."""
     for j in range(values.size):
         table[j, lane] = values[j]
 

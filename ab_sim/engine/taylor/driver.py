@@ -191,7 +191,14 @@ def advance_by_taylor(
 
 
 def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> None:
-    """Continue the step in memory; without one, begin a step at the present state."""
+    """Continue the step in memory; without one, begin a step at the present state.
+
+    Args:
+        one: the run.
+        step_range: range of the scene's steps to take.
+        until: local time at which the segment of the schedule ends [s].
+        count: number of the scene's steps to take.
+    """
     run, lane_runs = one.run, one.arrays
     clock, memory, balls = lane_runs.clock, run.work.memory, run.balls
     clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset

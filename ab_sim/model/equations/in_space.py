@@ -146,7 +146,7 @@ class InSpace(NamedTuple):
     def rates(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """Return the state's rates of change."""
+        """Return the rates of change of the deck's states, from the accelerations x."""
         quaternion, g = state[3:7], self.gravity
         ax, ay, az = to_ground(turn_of(quaternion), x[0], x[1], x[2])
         return [

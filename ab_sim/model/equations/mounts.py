@@ -28,7 +28,7 @@ def turn_of(quaternion: Sequence[Number]) -> Turn:
 
 
 def to_ground(turn: Turn, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """Return a vector on deck axes, converted to the ground's."""
+    """Return a vector on the ground's axes, from its components on deck axes."""
     return (
         turn[0] * x + turn[1] * y + turn[2] * z,
         turn[3] * x + turn[4] * y + turn[5] * z,
@@ -37,7 +37,7 @@ def to_ground(turn: Turn, x: Number, y: Number, z: Number) -> tuple[Number, Numb
 
 
 def to_deck(turn: Turn, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """Return a vector on the ground's axes, converted to deck axes."""
+    """Return a vector on deck axes, from its components on the ground's axes."""
     return (
         turn[0] * x + turn[3] * y + turn[6] * z,
         turn[1] * x + turn[4] * y + turn[7] * z,

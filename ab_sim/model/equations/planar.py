@@ -104,7 +104,7 @@ class Planar(NamedTuple):
     def rates(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """Return the state's rates of change."""
+        """Return the rates of change of the deck's states, from the accelerations x."""
         u1, u2, v1, v2 = state
         w = spindle.speed
         g1, g2 = gravity_on_rotating_axes(effects, spindle)
@@ -205,13 +205,13 @@ class Planar(NamedTuple):
 
 
 def on_fixed_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
-    """Return a vector on the rotor's axes, converted to fixed axes."""
+    """Return a vector on fixed axes, from its components on the rotor's axes."""
     c, s = spindle.cos, spindle.sin
     return c * one - s * two, s * one + c * two
 
 
 def on_rotating_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
-    """Return a vector on fixed axes, converted to the rotor's."""
+    """Return a vector on the rotor's axes, from its components on fixed axes."""
     c, s = spindle.cos, spindle.sin
     return c * one + s * two, c * two - s * one
 

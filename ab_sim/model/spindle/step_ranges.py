@@ -45,7 +45,7 @@ def same_instant(time: float, step: float) -> float:
 
 
 def segment_after(schedule: SpeedSchedule, time: float, step: float) -> ScheduledSegment:
-    """Return the segment in force just after ``time`` [s]."""
+    """Return the segment in force just after ``time`` [s], at the precision of a step [s]."""
     return schedule.segment_at(time + same_instant(time, step))
 
 
@@ -73,7 +73,14 @@ def step_ranges(
 def parts(
     schedule: SpeedSchedule, resolution: StepResolution, first: int, end: float
 ) -> Iterator[StepRange]:
-    """Yield the parts of a step from its beginning to ``end`` [s], within that step."""
+    """Yield the parts of one step, from its beginning to a time within it.
+
+    Args:
+        schedule: schedule of the speed.
+        resolution: length of the step, and period of motions that it must resolve.
+        first: number of steps before this one.
+        end: time at which the last part ends [s].
+    """
     begin = now = first * resolution.step
     while True:
         scheduled = segment_after(schedule, now, resolution.step)
