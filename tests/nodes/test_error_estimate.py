@@ -76,7 +76,7 @@ def test_warns_when_led_outside_of_what_was_measured(fleet: Fleet) -> None:
     assert recorded.accuracy is None and recorded.solver.step == description["step"]
     assert 4e-3 / recorded.solver.step == pytest.approx(round(4e-3 / recorded.solver.step))
     chosen = fleet.value("drive_sim", "stepper chosen")
-    assert chosen.startswith(f"{description['stepper']} at ") and "asked 1e-08 e" in chosen
+    assert chosen.startswith(f"{description['stepper']} at ") and "requested 1e-08 e" in chosen
     assert not any("less accurate than requested" in text for text in messages(fleet))
     # Checks take a twentieth of the loop's time, so that one passage may go by without any.
     speeds, turned = itertools.cycle([200.0, 20.0]), [-math.inf]
