@@ -229,7 +229,7 @@ def test_an_accuracy_is_turned_into_a_solver_and_reported() -> None:
     assert found["safety_factor"] * found["measured"]["whirl"] <= 1e-6
     assert found["cpu_seconds_per_simulated_second"] > 0
     assert found["reason"].startswith(f"{report['stepper']} at {1e3 * report['step']:g} ms")
-    assert "asked 1e-06 e" in done.stderr
+    assert "requested 1e-06 e" in done.stderr
     checked = ab_sim("check", "no-ball", *wish)
     assert checked.returncode == 0, checked.stderr
     assert "the cheapest measured to be accurate enough" in checked.stdout
