@@ -30,7 +30,7 @@ ENDED = "ended"
 
 @dataclass(frozen=True)
 class Health:
-    """Health of one node."""
+    """Health of one node, as a status of the diagnostics."""
 
     node: str
     """Full name of the node, with its namespace."""

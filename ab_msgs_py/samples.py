@@ -145,7 +145,7 @@ def clock_of(message: Any) -> int:
 
 
 class Event(NamedTuple):
-    """Log entry."""
+    """Entry of a node's log."""
 
     time: int
     """Stamp of the entry [ns]."""

@@ -20,7 +20,7 @@ class NotOfSources(Exception):
 
 
 class ModuleSource(NamedTuple):
-    """Source file of a module."""
+    """Source file of a module, with its digest and its imports."""
 
     path: Path
     digest: str

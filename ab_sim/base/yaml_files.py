@@ -31,7 +31,7 @@ _MADE_OF_BAD_VALUES = (ArithmeticError, AttributeError, LookupError, TypeError, 
 
 
 class _TooMuch(yaml.YAMLError):
-    """A limit is exceeded."""
+    """Error: a text exceeds a limit of this module."""
 
 
 class _Limited(yaml.SafeLoader):

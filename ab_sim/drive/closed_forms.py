@@ -139,7 +139,7 @@ class DrivenBalls(NamedTuple):
 
     @classmethod
     def of(cls, scene: Scene) -> "DrivenBalls":
-        """Return the parameters of a scene."""
+        """Return the parameters that a scene's balls and race have."""
         effects, balls = tuple(scene.effects.values()), scene.balls
         ball_list = map(Ball, balls.masses, balls.radii)
         return cls(

@@ -25,7 +25,7 @@ from ab_sim.scene.sensors import steps_per_sample
 
 
 class TimedDecision(NamedTuple):
-    """A decision and its time."""
+    """Decision of a controller during a run, and its time."""
 
     time: float
     """Time [s]."""
@@ -41,7 +41,7 @@ class RunController(Protocol):
     """
 
     decisions: list[TimedDecision]
-    """Decisions so far."""
+    """Decisions of the run so far, in order."""
     aborted: TimedDecision | None
     """Decision to ramp down, with its reason; None if there was none."""
 

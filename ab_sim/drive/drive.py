@@ -352,7 +352,7 @@ class Drive:
         return VectorField(self.system, self._segment_at(self.time), self._discrete_state)
 
     def snapshot(self) -> Snapshot:
-        """Return the present state for ``restore``."""
+        """Return everything on which the drive's future depends, for ``restore``."""
         memory = self._work.memory.copy()
         # Memory of an earlier segment is stale, but ``restore`` takes all memory as valid. Zeros
         # make the stepper restart, as it does in this drive.

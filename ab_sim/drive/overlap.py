@@ -21,7 +21,7 @@ WHAT_CHANGES = (
 
 
 class Overlap(NamedTuple):
-    """Two balls that overlapped."""
+    """Pair of balls that overlapped during a run."""
 
     balls: tuple[int, int]
     """Numbers of the balls, the lower one first."""

@@ -60,7 +60,7 @@ class StateChannels(NamedTuple):
         return [name if name in self.channels else "zero" for name in channels]
 
     def frame(self, name: str) -> str:
-        """Return a frame's full name."""
+        """Return the full name of one of the drive's frames, with the namespace."""
         return frame_of(self.namespace, name)
 
 

@@ -51,7 +51,7 @@ def unit_of(channel: str) -> str | None:
 
 
 NONE = (1.0, 0.0, 0.0, 0.0)
-"""Identity rotation."""
+"""Quaternion (w, x, y, z) of no rotation."""
 
 
 def matrix_of(turn: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ class Level(IntEnum):
 
 
 class Graph:
-    """Nodes of one trace."""
+    """All nodes of one trace, each of them once."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Expression] = {}
@@ -33,7 +33,7 @@ class Graph:
         return len(self._nodes)
 
     def constant(self, value: float) -> "Expression":
-        """Return the node of a constant."""
+        """Return the node of a constant, the same object for the same number."""
         value = float(value)
         # The key is the hexadecimal text: it tells -0.0 from 0.0, and NaN equals itself.
         return self._node("const", (), Level.CONSTANT, False, value, value.hex())

@@ -278,7 +278,7 @@ _PACKAGE = __name__.rpartition(".")[0]
 
 
 class Named(NamedTuple):
-    """Named intermediate quantity."""
+    """Intermediate quantity of a formula, with its name in the source."""
 
     name: str
     """Name in the source."""

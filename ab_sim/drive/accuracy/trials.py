@@ -88,7 +88,7 @@ def rounding(run: Samples, unit: float) -> Deviation:
 RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
 """Divisors of the longest step: they give 10, 5, 2.5, 2, 1 ms ..."""
 LONGEST = 1.0
-"""Longest step [s]."""
+"""Longest step that is tried [s]."""
 MOST_SECONDS = 300.0
 """Budget of CPU time for measurements [s]."""
 ROUNDS, ENOUGH = 5, 1.0
@@ -99,7 +99,7 @@ NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
 
 
 class Timed(NamedTuple):
-    """Finished run with its cost."""
+    """Samples of a finished run, and the CPU time that it took."""
 
     samples: Samples
     seconds: float
@@ -112,9 +112,10 @@ Run = Callable[[Scene, int, int], Timed]
 
 @dataclass
 class Tried:
-    """Setting that has been run."""
+    """Stepper and step that have been tried, with the result of the run."""
 
     scene: Scene
+    """Scene with this stepper and step as its solver."""
     stepper: Stepper
     rung: int
     """Divisor of the longest step that gives the run's step."""
@@ -126,7 +127,7 @@ class Tried:
 
     @property
     def step(self) -> float:
-        """Step [s]."""
+        """Integration step of the run [s]."""
         return self.scene.solver.step
 
     @property

@@ -69,7 +69,7 @@ class ActiveFaults:
         self._sensed.restart(now)
 
     def count_from(self, now: int, then: int) -> None:
-        """Renumber step ``now`` as step ``then``."""
+        """Keep all faults as they are when the drive's step ``now`` is renumbered as ``then``."""
         self._jerked += then - now
         self._sensed.count_from(now, then)
 
@@ -87,7 +87,7 @@ class ActiveFaults:
         return on_other_axes(drive.system, -by)(drive.snapshot())
 
     def readings(self, present: Trajectory) -> SensorReadings:
-        """Return the readings of one sample."""
+        """Return a sample with the readings of the sensors, altered by faults."""
         if not self.faults:
             return SensorReadings(present, frozenset())
         samples, channels = present.samples.copy(), present.channels

@@ -27,7 +27,7 @@ SPINDLE = "spindle"
 
 
 class Fault(NamedTuple):
-    """One fault; see ``KINDS``."""
+    """Fault of one component; see ``KINDS``."""
 
     component: str
     """Component with the fault, e.g. ``mount_0``."""
@@ -44,7 +44,7 @@ class Fault(NamedTuple):
 
 
 class FaultKind(NamedTuple):
-    """A kind of fault."""
+    """Kind of fault: its meaning, the components that can have it, and its size."""
 
     meaning: str
     """Behaviour of a component with this fault."""
@@ -251,7 +251,7 @@ class SensedFaults:
         self.restart(0)
 
     def restart(self, now: int) -> None:
-        """Restart all faults at this step."""
+        """Let all faults start at step ``now``."""
         self._since = {fault: now for fault in self._faults}
 
     def keep_starts_of(self, before: "SensedFaults") -> None:
@@ -259,7 +259,7 @@ class SensedFaults:
         self._since |= {f: at for f, at in before._since.items() if f in self._since}
 
     def count_from(self, now: int, then: int) -> None:
-        """Renumber step ``now`` as step ``then``."""
+        """Keep the ages of all faults when step ``now`` is renumbered as ``then``."""
         self._since = {fault: at + then - now for fault, at in self._since.items()}
 
     def silent(self, step: int) -> Set[str]:

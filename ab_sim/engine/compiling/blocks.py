@@ -128,7 +128,7 @@ class BlockWriter:
         self.end(f"br i1 {condition}, label %{yes}, label %{no}")
 
     def start(self, label: str) -> None:
-        """Begin a block."""
+        """Begin the block with this label; further lines belong to it."""
         self.lines.append(f"{label}:")
         self.block, self.open = label, True
 

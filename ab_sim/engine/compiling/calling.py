@@ -61,7 +61,7 @@ class Compiled:
         self._made: _Entry | None = None
 
     def __call__(self, first: Any, *others: Any) -> Any:
-        """Return the function's result."""
+        """Call the function with all its arguments, and return its result."""
         return BoundFunction(self._entry(), first)(*others)
 
     def bind(self, first: Any) -> "BoundFunction":
@@ -159,7 +159,7 @@ class BoundFunction:
         self._first = ctypes.addressof(block), block, first
 
     def __call__(self, *others: Any) -> Any:
-        """Return the function's result."""
+        """Call the function with the remaining arguments, and return its result."""
         first = self._first
         if len(others) != self._count:
             raise self._entry.other_number(len(self._given) + len(others))

@@ -41,7 +41,7 @@ MISSING = object()
 
 
 class Callees(Protocol):
-    """Provider of functions that other functions call."""
+    """Provider of the functions that a translated function calls."""
 
     flags: Mapping[str, bool]
     """Values of records' bool fields that are known at compile time, by name."""

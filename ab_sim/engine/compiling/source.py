@@ -70,7 +70,7 @@ def leaves(kind: Kind) -> tuple[str, ...]:
 
 
 def tuple_of(kinds: typing.Iterable[Kind]) -> RecordKind:
-    """Return the kind of a tuple."""
+    """Return the kind of a tuple with elements of these kinds."""
     kinds = tuple(kinds)
     return RecordKind(None, tuple(map(str, range(len(kinds)))), kinds)
 

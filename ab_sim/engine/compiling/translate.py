@@ -46,7 +46,7 @@ SHORT = 60
 
 
 class Translated(NamedTuple):
-    """Function in LLVM IR."""
+    """Function in LLVM IR, with the names on which it depends."""
 
     signature: Signature
     head: str

@@ -78,7 +78,7 @@ class Emission:
 
     @property
     def states(self) -> int:
-        """Number of states."""
+        """Number of states, those of all balls included."""
         # Two of the names, the balls' angle and rate, stand for all balls.
         return len(self.model.state_names) - 2 + 2 * self.model.count
 

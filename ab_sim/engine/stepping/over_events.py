@@ -42,7 +42,7 @@ EightRuns = tuple[Run, Run, Run, Run, Run, Run, Run, Run]
 
 
 class LanesOverEvents(NamedTuple):
-    """Eight runs with events."""
+    """Eight runs with events: in lanes, and each of them alone for steps with an event."""
 
     lanes: LaneRuns
     has_contact: bool

@@ -98,7 +98,7 @@ class TaylorRuns(NamedTuple):
 
 
 class TaylorRun(NamedTuple):
-    """Single run of a drive."""
+    """Run of one drive by Taylor's method."""
 
     run: Run
     arrays: TaylorRuns

@@ -146,7 +146,7 @@ class TaylorEmission:
         return functions
 
     def coefficients(self, lanes: int) -> Function:
-        """Emit ``coefficients(c, b, t, y, series)``."""
+        """Emit ``coefficients(c, b, t, y, series)``: the series, and the end of the step."""
         into, body = self._function("coefficients", ["y", "series"], lanes)
         body.places |= self._emission.state_places("y")
         # The equations are evaluated at the time at which the series begins.
@@ -197,7 +197,7 @@ class TaylorEmission:
         return into
 
     def mark(self, lanes: int) -> Function:
-        """Emit ``mark(c, b, t, status)``."""
+        """Emit ``mark(c, b, t, status)``, which finds the runs with a sample in their step."""
         into, body = self._function("mark", ["status"], lanes)
         due = due_samples(self._clock)
         for x in (*due.lines.values(), due.due, due.left):

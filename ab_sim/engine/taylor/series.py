@@ -125,7 +125,9 @@ class _Equations:
                 known_part = ahead.coefficient(self._moment[r], k + 2)
                 total = total - float((k + 2) * (k + 1)) * known_part
             else:
-                total = total + over_balls(model.count, without_unknown(self._coupling[r], self._path))
+                total = total + over_balls(
+                    model.count, without_unknown(self._coupling[r], self._path)
+                )
             force.append(total)
         path_force = of(self._path_force, k)
         for coupling, x in zip(self._coupling, self._x, strict=True):

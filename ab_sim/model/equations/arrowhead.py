@@ -19,7 +19,7 @@ from ab_sim.model.equations.sums import Number, over_balls, over_effects
 
 
 class Arrow(NamedTuple):
-    """Coefficients of the equations of motion."""
+    """Coefficients of the equations of motion, whose matrix is an arrowhead."""
 
     block: list[list[Number]]
     """B, shape (K, K), with the balls as if fixed to the race; only the upper triangle is used."""

@@ -34,7 +34,7 @@ class DeckMotion(NamedTuple):
 
 
 class SpindleMotion(NamedTuple):
-    """Motion of the spindle."""
+    """Motion of the spindle at one instant."""
 
     speed: float
     """Speed w [rad/s]."""

@@ -171,7 +171,15 @@ class Planar(NamedTuple):
     def energy(
         self, effects: Any, balls: BallConstants, state: np.ndarray, psi: float, speed: float
     ) -> float:
-        """Return kinetic and stored energy [J]."""
+        """Return kinetic and stored energy [J]; the energy of gravity is 0 without a sag.
+
+        Args:
+            effects: effects of the scene.
+            balls: constants of the balls.
+            state: state of the system.
+            psi: spindle angle [rad].
+            speed: spindle speed [rad/s].
+        """
         w, e, n, spindle = (
             speed,
             self.eccentricity,

@@ -33,7 +33,7 @@ class ProfileExecution(Protocol):
 
     @property
     def words(self) -> str:
-        """Present action, as text."""
+        """Text that says what the profile does now, for the status."""
 
     @property
     def segment(self) -> tuple[int, int]:
@@ -60,7 +60,7 @@ class ProfileExecution(Protocol):
         """Numbers for the diagnostics, units in the keys."""
 
     def begin(self, now: float) -> None:
-        """Begin the profile now."""
+        """Begin the profile at the time ``now`` [s]."""
 
     def command(self, now: float) -> float | None:
         """Run one period; return the speed to command now [rad/s], or None for no command."""

@@ -47,7 +47,7 @@ class ScheduleInProgress:
         self._first = index
 
     def words(self, number: int) -> str:
-        """Describe a present or future segment."""
+        """Return a description of a present or future segment, for the status."""
         scheduled, until = self.schedule.segments[number - self._first], self.until(number)
         if until is None:
             return _words(scheduled)
@@ -168,7 +168,7 @@ class VibrationCondition:
 
     @property
     def met(self) -> bool:
-        """True if the condition holds."""
+        """True if the vibration of the last complete windows satisfies the condition."""
         below, above, rms = (
             self._until.vibration_rms_below,
             self._until.vibration_rms_above,

@@ -43,11 +43,12 @@ STEPS = Parameter(
 
 
 class TaylorParameters(NamedTuple):
-    """Parameters of the method."""
+    """Parameters of Taylor's method."""
 
     tolerance: float
-    """Tolerance [rad]."""
+    """Largest last term of a series [rad]."""
     order: int
+    """Order of the series."""
     steps: float
     """Number of the scene's steps in each of the method's own; 0 to choose by the tolerance."""
 
