@@ -1,10 +1,10 @@
-"""Python classes of ROS interfaces for ROS 2 from PyPI: `make action` installs them.
+"""Build the Python classes of ROS interfaces for ROS 2 from PyPI, for `make action`.
 
-These are the action of ab_interfaces, and the part of ROS's simulation_interfaces that drive_sim
-offers. With a ROS 2 of a distribution neither is needed: colcon builds ab_interfaces by its
-CMakeLists.txt, and the distribution has simulation_interfaces. PyPI lacks some of the packages that
-those lines ask for, but has ROS's generators, which make the same code here. That takes a compiler
-for C and C++, and the headers of Python (python3-dev).
+The interfaces are the action of ab_interfaces, and the part of ROS's simulation_interfaces that
+drive_sim offers. With a ROS 2 of a distribution, this file is not needed: colcon builds
+ab_interfaces by its CMakeLists.txt, and the distribution has simulation_interfaces. PyPI lacks some
+packages that CMakeLists.txt requires, but has ROS's generators, which write the same code. This
+needs compilers for C and C++, and the headers of Python (python3-dev).
 """
 
 import os
@@ -26,13 +26,13 @@ from setuptools.command.build_ext import build_ext
 FOLDERS = {"ab_interfaces": Path(), "simulation_interfaces": Path("simulation_interfaces")}
 """Folder of the definitions of each package."""
 PREFIX = Path(sys.prefix)
-os.environ["AMENT_PREFIX_PATH"] = str(PREFIX)  # where ROS's generators look for their templates
+os.environ["AMENT_PREFIX_PATH"] = str(PREFIX)  # ROS's generators search their templates here
 FAST, INTROSPECTION = "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"
 USED = (
     *("action_msgs", "builtin_interfaces", "geometry_msgs", "service_msgs", "std_msgs"),
     "unique_identifier_msgs",
 )
-"""Packages whose messages are in the interfaces."""
+"""Packages with messages that the interfaces contain."""
 LIBRARIES = [
     *("fastcdr", "rcutils", "rosidl_runtime_c", "rosidl_typesupport_c"),
     *(FAST, FAST.replace("_c", "_cpp"), INTROSPECTION),
@@ -42,7 +42,7 @@ LIBRARIES = [
 
 
 class Interfaces:
-    """The definitions of a package, and the code that is made of them.
+    """Definitions of a package, and the code generated from them.
 
     Args:
         name: name of the package.
@@ -57,12 +57,12 @@ class Interfaces:
             for path in folder.glob(f"{kind}/*.{kind}")
         )
         self.package = Path("build", "first", name)
-        """Folder of the Python package, and of most of what is compiled for it."""
+        """Folder of the Python package, and of most of its generated C and C++ code."""
         self.introspection = Path("build", "second", name)
-        """Folder of a second library, whose files have names of the first's."""
+        """Folder of the introspection library, whose files have the same names as others."""
 
     def generate(self) -> None:
-        """Write the code."""
+        """Generate the code of the package with ROS's generators."""
         name, package = self.name, self.package
         share = package.parent / "share" / name
         for path in self.definitions:
@@ -85,7 +85,7 @@ class Interfaces:
         (package / "__init__.py").touch()
 
     def extensions(self) -> list[Extension]:
-        """Return two libraries, and the module that links them."""
+        """Return the extensions to compile: two libraries, and the module that links them."""
         first, second = f"{self.name}__{FAST}", f"{self.name}__{INTROSPECTION}"
         kinds = {path.parent.name for path in self.definitions}
         compiled = [
@@ -103,7 +103,7 @@ class Interfaces:
         ]
 
     def installed(self) -> list[tuple[str, list[str]]]:
-        """Return the data files by which ROS's tools find the interfaces."""
+        """Return the data files by which ROS's tools find the interfaces: (folder, files)."""
         index = "share/ament_index/resource_index"
         share = f"share/{self.name}"
         return [
@@ -130,46 +130,48 @@ class Interfaces:
         )
 
     def _units(self, name: str, sources: list[Path]) -> list[str]:
-        """Return files that include the sources of one language: ROS's headers are read once.
+        """Write a file that includes all sources of a language, and return the files to compile.
 
-        Descriptions stay apart, because several define the same names.
+        This way, the compiler reads ROS's headers only once per language. Type descriptions are
+        compiled separately, because several of them define the same names.
         """
-        apart = [str(path) for path in sources if path.stem.endswith("__description")]
+        files = [str(path) for path in sources if path.stem.endswith("__description")]
         for suffix in (".c", ".cpp"):
             unit = Path("build", f"{name}_{suffix[1:]}{suffix}")
             unit.write_text(
                 "".join(
                     f'#include "{path.absolute()}"\n'
                     for path in sorted(sources)
-                    if path.suffix == suffix and str(path) not in apart
+                    if path.suffix == suffix and str(path) not in files
                 )
             )
-            apart.append(str(unit))
-        return sorted(apart)
+            files.append(str(unit))
+        return sorted(files)
 
 
 class Build(build_ext):
-    """Libraries have the names by which ROS looks for them: it finds those that are loaded."""
+    """Compiler command that gives libraries the names by which ROS finds them, once loaded."""
 
     def get_ext_filename(self, fullname: str) -> str:
-        """Of a library or a module."""
+        """Return the path of a library, without Python's suffix, or of a module."""
         package, _, name = fullname.rpartition(".")
         if name.startswith("lib"):
             return str(Path(*package.split("."), f"{name}.so"))
         return str(super().get_ext_filename(fullname))
 
     def build_extension(self, extension: Extension) -> None:
-        """Link what was built before, which lies beside it."""
+        """Build an extension; it is linked with earlier ones in the same folder."""
         beside = Path(self.get_ext_fullpath(extension.name)).parent
         name = Path(self.get_ext_filename(extension.name)).name
         extension.library_dirs = [str(beside), str(PREFIX / "lib")]
-        # Before the libraries: the second one is needed, though nothing calls it by its own name.
+        # Keep the link to the introspection library, although no symbol of it is used: ROS loads it
+        # by name. The option must come before the libraries.
         extension.extra_objects = ["-Wl,--no-as-needed"]
         extension.extra_link_args = [f"-Wl,-soname,{name}", "-Wl,-rpath,$ORIGIN"]
         super().build_extension(extension)
 
     def get_export_symbols(self, extension: Extension) -> list[str]:
-        """Whatever there is."""
+        """Return no names, so that all symbols are exported."""
         return []
 
 

@@ -1,4 +1,4 @@
-"""Critical speed and net unbalance from one axis of vibration: an extended Kalman filter.
+"""Extended Kalman filter that estimates critical speed and net unbalance from one axis.
 
 Along one axis the deck moves as
 
@@ -16,7 +16,7 @@ except for D/K. With separate x and K it would contain a product of two unknowns
 then converged to wrong critical speeds. A low-pass of the sensor only turns q, which does not
 matter.
 
-``axis`` in examples/firmware_prototype/c/adaptive.c is the same, operation by operation.
+The functions ``axis_*`` in examples/firmware_prototype/c/adaptive.c do the same operations.
 """
 
 import math
@@ -24,12 +24,13 @@ import math
 from ab_sim.control import chosen
 
 SIZE = 7
+"""Number of states of the filter."""
 NUMBERS = SIZE + SIZE * SIZE + 11
 """Number of values in the state of an ``AxisFilter``."""
 
 
 class AxisFilter:
-    """Extended Kalman filter of one axis.
+    """Extended Kalman filter of one axis; the module describes its states and equations.
 
     Parameters
     ----------
@@ -63,12 +64,12 @@ class AxisFilter:
         self._count = self._wild = 0.0
 
     def restart(self) -> None:
-        """Estimate the motion again; the estimate of the suspension is kept."""
+        """Estimate motion and noise again from new readings; keep the estimates of K and D."""
         if self.known == 1.0:
             self.known = self._count = self._wild = 0.0
 
-    def begin_anew(self, critical: float, damping: float) -> None:
-        """Estimate the motion again, from an uncertain estimate of the suspension.
+    def restart_with(self, critical: float, damping: float) -> None:
+        """Restart with an uncertain estimate of the suspension, for example that of another axis.
 
         Parameters
         ----------
@@ -86,7 +87,14 @@ class AxisFilter:
     def collect(self, reading: float, speed: float) -> None:
         """Collect a reading before there is an estimate.
 
-        If there are enough readings at sufficient speed [rad/s], compute the first estimate.
+        After 20 readings, and at a tenth of the final speed, compute the first estimate.
+
+        Parameters
+        ----------
+        reading : float
+            Displacement or acceleration, as the sensor reports it [m or m/s^2].
+        speed : float
+            Spindle speed [rad/s]. At low speed the unbalance moves the deck too little.
         """
         if self._count == 0.0 or self._count > 400.0:
             self._first, self._sum, self._squares, self._rough = reading, 0.0, 0.0, 0.0
@@ -103,9 +111,11 @@ class AxisFilter:
             self._begin(speed)
 
     def _begin(self, speed: float) -> None:
+        """Compute the first estimate from the collected readings at a spindle speed [rad/s]."""
         count, mean = self._count, self._sum / self._count
         spread = math.sqrt(max(self._squares / count - mean * mean, 0.0))
-        # The given noise may be too small, and the observed one contains spikes.
+        # Second differences of white noise have 6 times its variance, and the slow motion nearly
+        # cancels in them. The given noise may be too small, and the observed one contains spikes.
         noise_estimate = math.sqrt(self._rough / (6.0 * (count - 2.0)))
         if self._noise > 0.0:
             noise_estimate = min(noise_estimate, 10.0 * self._noise)
@@ -114,6 +124,8 @@ class AxisFilter:
             return
         stiffness, damping = self.state[4], self.state[5]
         old = self.covariance
+        # Standard deviations of the states before the first update: too large ones cost some
+        # readings, too small ones would make the filter ignore readings.
         motion, net, least = spread, spread * stiffness / (speed * speed), noise
         if self._acceleration:
             motion, net, least = net, net / (speed * speed), noise / stiffness
@@ -147,8 +159,9 @@ class AxisFilter:
         if self._acceleration:
             k0, k1 = u0, u1
             u0, u1, p0, r0, p1, r1 = u0 * K, u1 * K, p0 * K, r0 * K, p1 * K, r1 * K
-        # One step of Heun's method, with the force at both ends: order 2. Its derivatives by the
-        # state are polynomials, written out below instead of a product of 7 x 7 matrices.
+        # One step of Heun's method, with the force at both ends: order 2. The covariance P becomes
+        # J P J'. Only two rows of the Jacobian J differ from the identity: f and g, polynomials in
+        # the state. Writing them out takes a fraction of the time of 7 x 7 products.
         half, square = 0.5 * h, 0.5 * h * h
         start = u0 - K * x - D * v
         x1, v1 = x + h * v + square * start, v + h * start
@@ -247,6 +260,8 @@ class AxisFilter:
         self.variance *= 1.0 + chosen.NOISE_GAIN * (square - 1.0)
         change = reading - state[6]
         self.size += 0.01 * (change * change - self.size)
+        # Keep the critical speed within 0.1 to 0.95 of the final speed, and the damping plausible:
+        # a few bad readings could otherwise move them so far that the filter does not recover.
         final = self._final
         state[4] = min(max(state[4], 0.01 * final * final), 0.9 * final * final)
         state[5] = min(max(state[5], 0.002 * final), 0.3 * final)
@@ -255,12 +270,12 @@ class AxisFilter:
             self._lose()
 
     def _lose(self) -> None:
-        """Restart without any estimate, because values have diverged."""
+        """Forget all estimates, because the state has diverged."""
         fresh = AxisFilter(self._acceleration, self._final, self._noise)
         self.restore(fresh.numbers())
 
     def numbers(self) -> list[float]:
-        """Return the state, for ``restore``."""
+        """Return the complete state as ``NUMBERS`` values, for ``restore``."""
         state = [self.known, self.variance, self.size, self._first, self._sum, self._squares]
         state += [self._rough, self._last, self._before, self._count]
         state.append(self._wild)

@@ -8,13 +8,14 @@ from ab_sim.control.axis_filter import NUMBERS, AxisFilter
 from ab_sim.control.settings import StartUpSettings
 
 TURN = 6.283185307179586
+"""One turn [rad]."""
 
 
 class Reason(enum.IntEnum):
     """Reason for an abort; the C version has the same numbers."""
 
     NONE = 0
-    ASKED = 1
+    REQUESTED = 1
     SILENT = 2
     TIME_BACK = 3
     LIMIT = 4
@@ -26,15 +27,15 @@ class Reason(enum.IntEnum):
 
 
 TEXTS = {
-    Reason.ASKED: "asked to",
-    Reason.SILENT: "no good sample for too long: sensor or spindle angle dropped out",
+    Reason.REQUESTED: "requested",
+    Reason.SILENT: "no valid sample for too long: sensor or spindle angle dropped out",
     Reason.TIME_BACK: "the sensor's time went back: the drive was reset",
     Reason.LIMIT: "a reading beyond the limit",
-    Reason.REPEATING: "the sensor reads the same again and again: it is stuck or saturated",
+    Reason.REPEATING: "the sensor repeats one reading: it is stuck or saturated",
     Reason.DRIFTING: "the sensor's offset drifts away",
     Reason.AXES: "the two axes contradict each other: one has the wrong sign or is turned, or the "
     "spindle turns the other way",
-    Reason.ANGLE: "the spindle's angle does not go on with its speed: wrong sign, or slipped",
+    Reason.ANGLE: "the spindle's angle contradicts its speed: wrong sign, or slipped",
     Reason.NOT_FOLLOWING: "the spindle does not follow: caught at the critical speed, or no torque",
 }
 
@@ -119,7 +120,20 @@ class SensorMonitor:
         return Reason.NONE
 
     def angle(self, change: float, expected: float) -> Reason:
-        """Check a change of the spindle's angle against the change from its speed [rad]."""
+        """Check the change of the spindle's angle between two samples.
+
+        Parameters
+        ----------
+        change : float
+            Change of the reported angle [rad], with or without whole turns.
+        expected : float
+            Change computed from the reported speeds [rad]; above 1 rad there is no check.
+
+        Returns
+        -------
+        Reason
+            ``ANGLE`` if most of the recent samples contradict the speed, else ``NONE``.
+        """
         if abs(expected) > 1.0:
             return Reason.NONE
         off = change - expected
@@ -129,7 +143,14 @@ class SensorMonitor:
         return Reason.ANGLE if self.slip > 0.5 else Reason.NONE
 
     def axes(self, likeness: float, dt: float) -> tuple[bool, Reason]:
-        """Check the agreement of both axes: 1 equal, 0 perpendicular, -1 opposite.
+        """Check whether both axes agree on the net unbalance.
+
+        Parameters
+        ----------
+        likeness : float
+            Agreement at this sample: 1 equal, 0 perpendicular, -1 opposite net unbalances.
+        dt : float
+            Time since the last sample [s].
 
         Returns
         -------
@@ -150,7 +171,7 @@ class SensorMonitor:
         return True, Reason.NONE
 
     def numbers(self) -> list[float]:
-        """Return the state, for ``restore``."""
+        """Return the complete state as 17 numbers, for ``restore``."""
         state = [*self._last, *self._peak, *self._run, *self._mean, *self._origin, *self._swing]
         return [*state, *self.stuck, self.agreement, self.slip, self.doubt]
 
@@ -166,7 +187,7 @@ LARGEST = 1e9
 
 
 class Observer:
-    """Observer with one filter per axis, whose results are averaged.
+    """Estimator of critical speed, damping and net unbalance: one filter per axis, averaged.
 
     Axes may differ in stiffness, so each has its own critical speed. The net unbalance is the same
     for both; if the filters disagree on it, an axis is wrong.
@@ -194,6 +215,7 @@ class Observer:
         ]
         self._monitor = SensorMonitor(sensing.axes, self._unit, settings.limit)
         self.samples = 0.0
+        """Number of valid samples."""
         self.time = self._angle = self.speed = self._slope = 0.0
         self._p = self._r = 0.0
         """Force per mass for a net unbalance of 1 m and of i m, along the first axis [m/s^2]."""
@@ -205,6 +227,7 @@ class Observer:
         self.critical = self.critical_deviation = self.damping = 0.0
         """Critical speed and its deviation [rad/s], and damping [1/s]."""
         self.known = 0.0
+        """1 once each axis has an estimate, else 0."""
 
     @property
     def rate(self) -> float:
@@ -270,6 +293,7 @@ class Observer:
         return True, self._combine(dt)
 
     def _take_over(self, time: float, angle: float, speed: float, p: float, r: float) -> None:
+        """Keep a sample as the last one; ``p``, ``r``: its force per mass, see ``_p``."""
         self.samples += 1.0
         self.time, self._angle, self.speed = time, angle, speed
         self._p, self._r = p, r
@@ -277,7 +301,11 @@ class Observer:
     def _filter(
         self, dt: float, angle: float, speed: float, p: float, r: float, first: float, second: float
     ) -> None:
-        """Predict the filters' states over ``dt`` [s] in short steps, and update with readings."""
+        """Predict the filters' states over the time ``dt`` [s], and update them with readings.
+
+        Steps are short enough that the force turns by at most ``STEP_ANGLE``: Heun's method of the
+        filter needs that. Angle and speed within ``dt`` follow from a constant acceleration.
+        """
         fastest = max(self._settings.final_speed, speed)
         parts = 1 + int(dt * fastest / chosen.STEP_ANGLE)
         h, slope = dt / parts, self._slope
@@ -307,7 +335,10 @@ class Observer:
                 axes[1].collect(second, speed)
 
     def _combine(self, dt: float) -> Reason:
-        """Combine the results of the axes, weighted by the inverses of their variances."""
+        """Average the estimates of the axes over ``dt`` [s], weighted by their inverse variances.
+
+        Return a reason for an abort; ``NONE`` if there is none.
+        """
         weight = re = im = stiff_weight = stiffness = damping = count = 0.0
         for axis in self._axes:
             if axis.known == 1.0:
@@ -345,7 +376,7 @@ class Observer:
         return self._compare(dt)
 
     def _compare(self, dt: float) -> Reason:
-        """Compare two axes; return a reason for an abort if they disagree."""
+        """Compare the net unbalances of two axes; return a reason for an abort if they disagree."""
         if len(self._axes) == 1:
             return Reason.NONE
         (first, second) = self._axes
@@ -357,12 +388,12 @@ class Observer:
             restarts, wrong = self._monitor.axes(2.0 * (a * c + b * d) / (one + other), dt)
             if restarts:
                 for axis in self._axes:
-                    axis.begin_anew(self.critical, self.damping)
+                    axis.restart_with(self.critical, self.damping)
             return wrong
         return Reason.NONE
 
     def numbers(self) -> list[float]:
-        """Return the state, for ``restore``."""
+        """Return the complete state: 36 numbers, and ``NUMBERS`` for each axis."""
         state = [self.samples, self.time, self._angle, self.speed, self._slope, self._p, self._r]
         state += [self.re, self.im, self.deviation, self.fast, self.slow, self.average_re]
         state += [self.average_im, self.scale, self.critical, self.critical_deviation]

@@ -13,15 +13,25 @@ class State(enum.IntEnum):
     """State of the start-up; the same numbers in C."""
 
     WAITING = 0
+    """Waits for the first samples."""
     RUN_UP = 1
+    """Accelerates, until there is an estimate of the critical speed to dwell at."""
     DWELL = 2
+    """Holds a speed slightly above the critical speed, where the whirl moves the balls."""
     TO_FINAL = 3
+    """Accelerates to the final speed after a dwell."""
     JUDGING = 4
+    """Waits at the final speed, and judges the net unbalance."""
     RETRY = 5
+    """Returns to the critical speed for another dwell."""
     DONE = 6
+    """Holds the final speed, balanced."""
     GAVE_UP = 7
+    """Holds the final speed, not balanced."""
     ABORTING = 8
+    """Ramps down to standstill."""
     ABORTED = 9
+    """Commands standstill."""
 
     @property
     def text(self) -> str:
@@ -64,16 +74,30 @@ class Decision(NamedTuple):
 
 
 def words_of(
-    state: State, reason: str, settings: StartUpSettings, estimates: Estimates, seen: Observer
+    state: State, reason: str, settings: StartUpSettings, estimates: Estimates, observer: Observer
 ) -> str:
-    """Return the present action and its reason."""
+    """Return the status text ``state: details`` of a start-up.
+
+    Parameters
+    ----------
+    state : State
+        Present state.
+    reason : str
+        Reason for an abort.
+    settings : StartUpSettings
+        Settings of the start-up.
+    estimates : Estimates
+        Present estimates.
+    observer : Observer
+        Observer, for the net unbalance relative to its largest value.
+    """
     deviation = estimates.critical_speed_deviation
     critical = f"critical speed {estimates.critical_speed:.1f} +- {deviation:.2g} rad/s"
     net = f"net unbalance {1e6 * abs(estimates.net_unbalance):.3g} um"
-    if seen.scale > 0.0:
-        net += f", {seen.fast / seen.scale:.0%} of the largest"
-    circulating = ", balls circulate" if seen.circulating else ""
-    is_known = seen.known == 1.0
+    if observer.scale > 0.0:
+        net += f", {observer.fast / observer.scale:.0%} of the largest"
+    circulating = ", balls circulate" if observer.circulating else ""
+    is_known = observer.known == 1.0
     where = "the critical speed is not known yet"
     texts = {
         State.WAITING: "for the first samples",
@@ -86,7 +110,7 @@ def words_of(
         State.RETRY: f"number {estimates.retries}: {net}, and it does not fall{circulating}; back "
         f"to just above the critical speed",
         State.DONE: f"{net}; after {_count(estimates.dwells, 'dwell', 'dwells')}, {critical}",
-        State.GAVE_UP: f"{net if is_known else 'the sensor tells too little'}{circulating}; "
+        State.GAVE_UP: f"{net if is_known else 'the estimates are uncertain'}{circulating}; "
         f"stays at {settings.final_speed:g} rad/s after "
         f"{_count(estimates.retries, 'retry', 'retries')}",
         State.ABORTING: f"{reason}; runs down",
@@ -100,8 +124,10 @@ def _count(number: int, one: str, several: str) -> str:
 
 
 OWN_NUMBERS = 16
+"""Number of values in a state before those of the observer; see ``StartUp.state_numbers``."""
 LAGS = (0.0, 1.0, -1.0, 2.0)
-"""Steps of the largest lag, in successive dwells."""
+"""Factors on ``chosen.LAG_STEP`` in successive retries: a dwell closer to the critical speed, or
+farther from it, may free balls that the last one did not."""
 
 
 class StartUp:
@@ -134,16 +160,16 @@ class StartUp:
         self.state = State.WAITING
         self.decision = Decision(0, "")
         self._reason = Reason.NONE
-        self._asked = ""
+        self._request = ""
         self._unit = chosen.UNIT / settings.final_speed
         self._command = self._time = self._elapsed = self._in_state = 0.0
-        self._calls = self._heard = self._standing = self._distance = 0.0
+        self._calls = self._since_sample = self._standing = self._distance = 0.0
         self._nudge = self._stagnant = self._before = self._dwells = self._retries = 0.0
 
     def sample(
         self, time: float, angle: float, speed: float, first: float, second: float = 0.0
     ) -> None:
-        """Process a reading of the sensor; invalid and repeated ones are ignored.
+        """Process a reading of the sensor; readings that are invalid or out of order are ignored.
 
         Parameters
         ----------
@@ -157,7 +183,7 @@ class StartUp:
         """
         good, wrong = self.observer.take(time, angle, speed, first, second)
         if good:
-            self._heard = 0.0
+            self._since_sample = 0.0
         stopped = self.state in (State.ABORTING, State.ABORTED)
         if wrong and not stopped and (wrong is Reason.TIME_BACK or not self.state.over):
             self._abort(wrong)
@@ -182,14 +208,14 @@ class StartUp:
             passed = settings.period
         self._calls, self._time = 1.0, time
         self._in_state += passed
-        self._heard += passed
+        self._since_sample += passed
         state = self.state
         if state is State.WAITING:
             if self.observer.samples > 1.0:
                 self._command = min(max(self.observer.speed, 0.0), settings.final_speed)
                 self._elapsed = 0.0
                 self._enter(State.RUN_UP)
-            elif self._heard > chosen.FIRST_SAMPLES:
+            elif self._since_sample > chosen.FIRST_SAMPLES:
                 self._abort(Reason.SILENT)
             return self._command
         self._elapsed += passed
@@ -203,10 +229,10 @@ class StartUp:
             return self._command
         if state is State.ABORTED:
             return self._command
-        if self._heard > settings.silence:
+        if self._since_sample > settings.silence:
             self._abort(Reason.SILENT)
             return self._command
-        if not state.over and self._stands_off(passed):
+        if not state.over and self._fails_to_follow(passed):
             self._abort(Reason.NOT_FOLLOWING)
             return self._command
         if state in (State.RUN_UP, State.RETRY):
@@ -231,22 +257,22 @@ class StartUp:
         """
         if self.state not in (State.ABORTING, State.ABORTED):
             self._time = time
-            self._asked = why
-            self._abort(Reason.ASKED)
+            self._request = why
+            self._abort(Reason.REQUESTED)
 
     @property
     def estimates(self) -> Estimates:
         """Estimates of the drive's parameters."""
-        seen = self.observer
-        if seen.known == 0.0:
+        observer = self.observer
+        if observer.known == 0.0:
             nan = math.nan
             return Estimates(nan, nan, complex(nan, nan), nan, nan, self.dwells, self.retries)
         return Estimates(
-            seen.critical,
-            seen.critical_deviation,
-            complex(seen.re, seen.im),
-            seen.deviation,
-            seen.scale if seen.scale > 0.0 else math.nan,
+            observer.critical,
+            observer.critical_deviation,
+            complex(observer.re, observer.im),
+            observer.deviation,
+            observer.scale if observer.scale > 0.0 else math.nan,
             self.dwells,
             self.retries,
         )
@@ -264,8 +290,8 @@ class StartUp:
     @property
     def reason(self) -> str:
         """Reason for an abort; empty if there was none."""
-        if self._reason is Reason.ASKED and self._asked:
-            return self._asked
+        if self._reason is Reason.REQUESTED and self._request:
+            return self._request
         return TEXTS.get(self._reason, "")
 
     @property
@@ -282,7 +308,7 @@ class StartUp:
             self._elapsed,
             self._in_state,
             self._calls,
-            self._heard,
+            self._since_sample,
         ]
         state += [self._standing, self._distance, self._nudge, self._stagnant, self._before]
         return (*state, self._dwells, self._retries, *self.observer.numbers())
@@ -304,9 +330,9 @@ class StartUp:
         if not 0.0 <= values[3] <= self.settings.final_speed:
             raise ValueError(f"it commands {values[3]:g} rad/s, which is beyond its final speed")
         state, reason = State(int(values[0])), Reason(int(values[1]))
-        self.state, self._reason, self._asked = state, reason, ""
+        self.state, self._reason, self._request = state, reason, ""
         self._command, self._time, self._elapsed, self._in_state, self._calls = values[3:8]
-        self._heard, self._standing, self._distance, self._nudge = values[8:12]
+        self._since_sample, self._standing, self._distance, self._nudge = values[8:12]
         self._stagnant, self._before, self._dwells, self._retries = values[12:16]
         self.observer.restore(values[OWN_NUMBERS:])
         self.decision = Decision(int(values[2]), self.words)
@@ -318,42 +344,42 @@ class StartUp:
 
         Without an estimate, continue to the final speed.
         """
-        settings, seen = self.settings, self.observer
+        settings, observer = self.settings, self.observer
         goal = self._goal()
         if self.state is State.RUN_UP:
-            is_known = seen.known == 1.0 and (
-                seen.critical_deviation < chosen.KNOWN_CRITICAL * seen.critical
+            is_known = observer.known == 1.0 and (
+                observer.critical_deviation < chosen.KNOWN_CRITICAL * observer.critical
             )
-            late = goal < seen.speed - 0.025 * settings.final_speed
+            late = goal < observer.speed - 0.025 * settings.final_speed
             if not is_known or late or self._command < 0.3 * settings.final_speed:
                 goal = settings.final_speed
         there = self._ramp(goal, settings.acceleration)
         if goal == settings.final_speed:
-            if there and abs(seen.speed - goal) < 0.02 * goal:
+            if there and abs(observer.speed - goal) < 0.02 * goal:
                 self._enter(State.JUDGING)
         elif there or abs(self._command - goal) < 0.005 * settings.final_speed:
-            if abs(seen.speed - goal) < 0.02 * goal:
+            if abs(observer.speed - goal) < 0.02 * goal:
                 self._nudge = self._stagnant = 0.0
                 self._dwells += 1.0
                 self._enter(State.DWELL)
 
     def _dwell(self, passed: float) -> None:
         """Dwell, so that the whirl drives the balls: closer as q falls, farther if q rises."""
-        seen, unit = self.observer, self._unit
-        rate, passed = seen.rate, passed / unit
+        observer, unit = self.observer, self._unit
+        rate, passed = observer.rate, passed / unit
         if rate > chosen.RISING:
             self._nudge += chosen.UP * passed
         else:
             self._nudge = max(self._nudge - chosen.DOWN * passed, 0.0)
         # The driving force on the balls grows with the square of the critical speed.
-        relative = 2.0 * seen.critical / self.settings.final_speed
+        relative = 2.0 * observer.critical / self.settings.final_speed
         if rate > -(chosen.FALLING * relative * relative):
             self._stagnant += passed
         else:
             self._stagnant = max(self._stagnant - 2.0 * passed, 0.0)
         # The dwell ends if the balls circulate however far the speed moves away, if q has stopped
         # falling, if time is over, or if q is small enough.
-        net = self._net(seen.fast)
+        net = self._net(observer.fast)
         self._ramp(self._goal(), self.settings.acceleration)
         if (
             self._nudge >= chosen.AWAY
@@ -366,24 +392,25 @@ class StartUp:
             self._enter(State.TO_FINAL)
 
     def _to_final(self) -> None:
-        settings, seen = self.settings, self.observer
+        """Accelerate to the final speed, slowly near the critical speed."""
+        settings, observer = self.settings, self.observer
         # Leave the resonance slowly: the free whirl that a ramp excites grows with the acceleration
         # over the square of the distance from the critical speed.
-        off = self._command - seen.critical
+        off = self._command - observer.critical
         slope = settings.acceleration
         if off > 0.0:
             slope = min(slope, chosen.LEAVING * off * off)
         if self._ramp(settings.final_speed, slope):
-            if abs(seen.speed - settings.final_speed) < 0.02 * settings.final_speed:
+            if abs(observer.speed - settings.final_speed) < 0.02 * settings.final_speed:
                 self._enter(State.JUDGING)
 
     def _judge(self) -> None:
         """Judge q at the final speed: balanced, wait, retry, or give up."""
-        seen, settings = self.observer, self.settings
+        observer, settings = self.observer, self.settings
         settle = chosen.SETTLE * self._unit
         if self._in_state <= settle:
             return
-        size = 0.5 * (seen.fast + seen.slow)
+        size = 0.5 * (observer.fast + observer.slow)
         net = self._net(size)
         # After a retry that gained little, a larger remainder is accepted: friction may hold it.
         good = net < chosen.BALANCED
@@ -393,12 +420,13 @@ class StartUp:
             if self._in_state > 2.0 * settle:
                 self._enter(State.DONE)
             return
-        if seen.known == 0.0 or seen.deviation > chosen.UNSURE * size:
+        if observer.known == 0.0 or observer.deviation > chosen.UNSURE * size:
             if self._in_state > chosen.WAIT * self._unit:
                 self._enter(State.GAVE_UP)
             return
-        # q falls exponentially: wait if it will be small enough within WAIT.
-        rate = seen.rate
+        # q falls exponentially while balls settle: wait if it will be small enough within WAIT. A
+        # retry would take longer, and moves balls that are nearly in place.
+        rate = observer.rate
         if rate < -0.01 and math.log(net / chosen.BALANCED) < -(rate * chosen.WAIT):
             return
         if self._retries >= settings.most_retries or self._elapsed > settings.patience:
@@ -425,8 +453,8 @@ class StartUp:
         At the ratio r of speed to critical speed the whirl is |q| r^2 / (r^2 - 1). Its phase
         deviates from 180 degrees by atan(D r / (wn (r^2 - 1))).
         """
-        seen, final = self.observer, self.settings.final_speed
-        if seen.known == 0.0:
+        observer, final = self.observer, self.settings.final_speed
+        if observer.known == 0.0:
             return final
         largest, lag = chosen.FIRST_WHIRL, chosen.LARGEST_LAG
         if self._retries > 0.0:
@@ -434,11 +462,11 @@ class StartUp:
             lag *= 1.0 + chosen.LAG_STEP * LAGS[(int(self._retries) - 1) % 4]
         # Two lower limits of the distance: the whirl must not exceed ``largest``, and the lag must
         # be small, because with a large lag the whirl drives balls in the wrong direction.
-        critical = seen.critical
-        whirl = 1.0 / (1.0 - min(self._net(seen.fast) / largest, 0.8))
+        critical = observer.critical
+        whirl = 1.0 / (1.0 - min(self._net(observer.fast) / largest, 0.8))
         least = chosen.LEAST_DISTANCE * (2.0 * critical / final)
         least *= 1.0 - chosen.NEARER * min(self._stagnant / self._patience(), 1.0)
-        distance = min(max(seen.damping / (critical * lag), least), chosen.MOST_DISTANCE)
+        distance = min(max(observer.damping / (critical * lag), least), chosen.MOST_DISTANCE)
         ratio = math.sqrt(max(whirl, 1.0 + distance)) + self._nudge
         return min(ratio * critical, final)
 
@@ -458,7 +486,7 @@ class StartUp:
         self._command += min(max(wanted - self._command, -change), change)
         return self._command == goal
 
-    def _stands_off(self, passed: float) -> bool:
+    def _fails_to_follow(self, passed: float) -> bool:
         """Return whether the spindle has not approached the command for too long."""
         speed, final = self.observer.speed, self.settings.final_speed
         off, moved = self._command - speed, speed - self._distance
@@ -470,10 +498,12 @@ class StartUp:
         return self._standing > chosen.NOT_FOLLOWING * self._unit
 
     def _abort(self, reason: Reason) -> None:
+        """Begin to ramp down for a reason."""
         self._reason = reason
         self._enter(State.ABORTING)
 
     def _enter(self, state: State) -> None:
+        """Change the state, and count this as a decision."""
         self.state = state
         self._in_state = 0.0
         self.decision = Decision(self.decision.number + 1, self.words)

@@ -1,6 +1,6 @@
-/* The adaptive start-up in C against drives in C that it is told nothing of: unbalance, stiffness,
- * damping, drag and the balls' places are drawn at random, the accelerometer has noise. Exit code 0:
- * at most MISSED of TRIALS were not balanced.
+/* Test of the adaptive start-up in C with simulated drives in C. Unbalance, stiffness, damping, drag
+ * and start angles of the balls are random and unknown to the start-up; the accelerometer has noise.
+ * Exit code 0: at most MISSED of TRIALS drives were not balanced.
  */
 #include <math.h>
 #include <stdint.h>
@@ -11,13 +11,13 @@
 
 enum { TRIALS = 100, MISSED = 10 };
 
-static const double TICK = 0.004;   /* s, the controller's period */
-static const double LONGEST = 60.0; /* s, until it is through */
-static const double SETTLING = 12.0; /* s, after that: a free whirl dies at 0.5 / s in some */
-static const double LIMIT = 0.3;    /* of the whirl without balls, that may be left */
-static const double NOISE = 0.05;   /* m/s^2, of a reading */
+static const double TICK = 0.004;   /* period of the controller [s] */
+static const double LONGEST = 60.0; /* longest start-up [s] */
+static const double SETTLING = 12.0; /* time after it [s]: the free whirl may decay at 0.5 1/s only */
+static const double LIMIT = 0.3;    /* largest allowed whirl, relative to that without balls */
+static const double NOISE = 0.05;   /* standard deviation of a reading [m/s^2] */
 
-/* A number within 0 .. 1: a linear congruential generator, the same on every machine. */
+/* Return a random number in [0, 1) by a linear congruential generator, equal on all machines. */
 static double drawn(uint64_t *seed)
 {
     *seed = *seed * 6364136223846793005u + 1442695040888963407u;
@@ -29,7 +29,7 @@ static double within(uint64_t *seed, double least, double most)
     return least + (most - least) * drawn(seed);
 }
 
-/* Noise, nearly normal. */
+/* Return approximately normal noise, as the sum of 12 uniform numbers [m/s^2]. */
 static double noise(uint64_t *seed)
 {
     double sum = -6.0;
@@ -38,20 +38,20 @@ static double noise(uint64_t *seed)
     return NOISE * sum;
 }
 
-/* The whirl without balls at a speed, far above the critical one [m]. */
+/* Return the whirl without balls at a speed far above the critical speed [m]. */
 static double whirl_without_balls(const struct drive *d, double speed)
 {
     const double stiffness = d->p.suspension_stiffness / d->p.total_mass;
     return d->p.unbalance / d->p.total_mass * speed * speed / (speed * speed - stiffness);
 }
 
-/* The whirl that is left, of that without balls; INFINITY if controller or drive gave up. */
-static double share_left(uint64_t *seed)
+/* Return the final whirl relative to that without balls; INFINITY if controller or drive failed. */
+static double final_share(uint64_t *seed)
 {
     const long steps = lround(TICK / DRIVE_STEP);
     struct adaptive_settings settings = adaptive_defaults();
     struct adaptive firmware;
-    double through = INFINITY; /* s, when it was */
+    double ended = INFINITY; /* time at which the start-up ended [s] */
     struct drive d;
     drive_init(&d);
     for (int i = 0; i < DRIVE_BALLS; i++)
@@ -68,7 +68,7 @@ static double share_left(uint64_t *seed)
     settings.axes = 2;
     settings.noise = NOISE;
     adaptive_init(&firmware, &settings);
-    while (drive_time(&d) < fmin(through + SETTLING, LONGEST + SETTLING)) {
+    while (drive_time(&d) < fmin(ended + SETTLING, LONGEST + SETTLING)) {
         for (long k = 0; k < steps; k++) { /* sensors are sampled at each step */
             if (drive_step(&d, 1) != DRIVE_OK)
                 return INFINITY;
@@ -77,8 +77,8 @@ static double share_left(uint64_t *seed)
         }
         if (drive_command(&d, adaptive_command(&firmware, drive_time(&d))) != DRIVE_OK)
             return INFINITY;
-        if (firmware.state >= ADAPTIVE_DONE && isinf(through))
-            through = drive_time(&d);
+        if (firmware.state >= ADAPTIVE_DONE && isinf(ended))
+            ended = drive_time(&d);
     }
     if (firmware.state != ADAPTIVE_DONE && firmware.state != ADAPTIVE_GAVE_UP)
         return INFINITY;
@@ -90,9 +90,9 @@ int main(void)
     uint64_t seed = 1;
     int missed = 0;
     for (int k = 0; k < TRIALS; k++) {
-        const double left = share_left(&seed);
-        if (!(left <= LIMIT)) {
-            printf("drive %d: %.2g of the whirl without balls is left\n", k, left);
+        const double share = final_share(&seed);
+        if (!(share <= LIMIT)) {
+            printf("drive %d: the final whirl is %.2g of that without balls\n", k, share);
             missed++;
         }
     }

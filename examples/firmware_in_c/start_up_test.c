@@ -1,7 +1,7 @@
-/* A firmware's test in CI: its decisions in C, against the drive in C. No Python, no ROS.
+/* Test of a firmware in CI: its decisions in C, with a simulated drive in C. No Python, no ROS.
  *
- * The start-up of ../firmware_prototype runs the drive up from several places of the balls, and with
- * a drive that is not the one it was tuned for. Exit code 0: the drive was balanced each time.
+ * The start-up of ../firmware_prototype starts the drive with several start angles of the balls, and
+ * drives that differ from the one it was tuned for. Exit code 0: all were balanced.
  */
 #include <math.h>
 #include <stdio.h>
@@ -9,15 +9,15 @@
 #include "drive.h"
 #include "start_up.h"
 
-static const double TICK = 0.005;   /* s, the firmware's period */
-static const double LONGEST = 30.0; /* s, until it is at its final speed */
-static const double SETTLING = 6.0; /* s, after that */
-static const double LIMIT = 5e-6;   /* m, of the whirl that may be left; 1.3e-4 without balls */
+static const double TICK = 0.005;   /* period of the firmware [s] */
+static const double LONGEST = 30.0; /* longest time to the final speed [s] */
+static const double SETTLING = 6.0; /* time at the final speed [s] */
+static const double LIMIT = 5e-6;   /* largest allowed final whirl [m]; 1.3e-4 without balls */
 
 struct trial {
     const char *what;
-    double angles[2];            /* rad, where the balls start */
-    double unbalance, stiffness; /* beside the scene's */
+    double angles[2];            /* start angles of the balls [rad] */
+    double unbalance, stiffness; /* factors on the scene's values */
 };
 
 static const struct trial trials[] = {
@@ -33,12 +33,12 @@ static void quietly(const char *line)
     (void)line;
 }
 
-/* The whirl that is left [m]; INFINITY if firmware or drive gave up. */
+/* Return the final whirl [m]; INFINITY if firmware or drive failed. */
 static double whirl_after(const struct trial *trial)
 {
     const long steps = lround(TICK / DRIVE_STEP);
     struct start_up firmware;
-    double judged = INFINITY; /* s, when the firmware was through */
+    double judged = INFINITY; /* time at which the firmware judged the vibration [s] */
     struct drive d;
     drive_init(&d);
     for (int i = 0; i < DRIVE_BALLS; i++)

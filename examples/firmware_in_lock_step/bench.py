@@ -1,7 +1,7 @@
-"""A simulated drive that advances only on request, as a bench for tests of firmware.
+"""Test bench for firmware: a simulated drive that advances only on request.
 
 Needs ``rclpy``, standard messages and a ``drive_sim`` node. Time stands still between two calls of
-``period``, so a test does not depend on the machine's speed, and repeats bit for bit.
+``period``, so that results do not depend on the machine's speed, and repeat bit for bit.
 """
 
 import json
@@ -33,14 +33,14 @@ QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class Bench:
-    """A drive in lock step, and the topics that connect firmware to it.
+    """Drive in lock step, and the topics that connect firmware to it.
 
     Messages of the last period are in ``joints``, ``vibrations`` and ``whirls``, oldest first. A
     period is over when the newest message of each has arrived, except those of ``silent``.
 
     Args:
         scene: name or file of the drive.
-        log: file for what the drive prints.
+        log: file for the drive's output.
         parameters: further parameters of ``drive_sim``.
     """
 
@@ -91,14 +91,14 @@ class Bench:
             messages.clear()
         end = json.loads(self._trigger(self._step))["sim_time_ns"]
         # Messages are sent before the answer, but the executor may take the answer first.
-        awaited = [it for it in topics if not any(it is silent for silent in self.silent)]
+        awaited = [m for m in topics if not any(m is silent for silent in self.silent)]
         self._wait(
-            lambda: all(it and stamp_ns(it[-1]) == end for it in awaited),
+            lambda: all(m and stamp_ns(m[-1]) == end for m in awaited),
             f"messages of {end} ns arrive",
         )
 
     def inject(self, *faults: str) -> None:
-        """Put faults in force, for example ``"vibration drops 1"``; see docs/topics.md."""
+        """Inject faults, for example ``"vibration drops 1"``; docs/topics.md lists them."""
         request = SetParametersAtomically.Request(
             parameters=[Parameter("faults", value=list(faults)).to_parameter_msg()]
         )
@@ -128,7 +128,7 @@ class Bench:
         return answer.message
 
     def _answer(self, client: rclpy.client.Client, request: object) -> object:
-        self._wait(client.service_is_ready, f"{client.srv_name} is there")
+        self._wait(client.service_is_ready, f"{client.srv_name} is available")
         future = client.call_async(request)
         self._wait(future.done, f"{client.srv_name} answers")
         return future.result()

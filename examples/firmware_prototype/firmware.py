@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A start-up firmware on a PC: runs a drive up over its topics, as a board would.
+"""Start-up firmware on a PC: starts a drive over its topics, as a board would.
 
-It knows the topics of docs/topics.md and nothing else of the drive: it imports ROS's standard
-messages, and ``start_up.py`` beside it, which decides.
+It needs only the topics of docs/topics.md: it imports ROS's standard messages, and ``start_up.py``
+in this folder, which decides on the speed.
 """
 
 import argparse
@@ -26,14 +26,14 @@ from start_up import Settings, StartUp
 from std_msgs.msg import Float64
 
 PERIOD = 0.005
-"""s between two commands."""
+"""Time between two commands [s]."""
 LISTENING = 0.001
-"""s to wait for a message."""
+"""Longest wait for a message [s]."""
 QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class Firmware(Node):
-    """The board's inputs and outputs: three topics."""
+    """Inputs and outputs of the board: three topics."""
 
     def __init__(self, start_up: StartUp) -> None:
         super().__init__("firmware")
@@ -44,13 +44,13 @@ class Firmware(Node):
         self.create_subscription(AccelStamped, "vibration", self._vibration, QOS)
 
     def tick(self, passed: float) -> None:
-        """Once a period: decide, and command."""
+        """Decide on the speed and command it; ``passed``: time since the last call [s]."""
         speed = self.start_up.tick(passed)
         if self.start_up.state != "waiting":
             self._command.publish(Float64(data=speed))
 
     def leave(self) -> None:
-        """Wait until the last command has arrived: it would go with the process."""
+        """Wait until the last command has arrived: the exit of the process could lose it."""
         self._command.wait_for_all_acked(Duration(seconds=1))
 
     def _spindle(self, message: JointState) -> None:
@@ -60,7 +60,7 @@ class Firmware(Node):
             self.start_up.spindle(stamp_of(message), message.position[i], message.velocity[i])
 
     def _vibration(self, message: AccelStamped) -> None:
-        # Several accelerometers share the topic; this firmware listens to the first it hears.
+        # Several accelerometers may share the topic: use the first one received.
         if self._sensor is None:
             self._sensor = message.header.frame_id
         if message.header.frame_id == self._sensor:
@@ -69,26 +69,26 @@ class Firmware(Node):
 
 
 def stamp_of(message: JointState | AccelStamped) -> float:
-    """The simulated time of a sample [s]: its age on arrival does not matter."""
+    """Return the simulated time of a sample [s]."""
     return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
 
 
 def run(firmware: Firmware, executor: SingleThreadedExecutor) -> None:
-    """The fixed-rate loop, until the spindle is off."""
+    """Run the loop at a fixed rate until the start-up is in the state off."""
     deadline = time.monotonic() + PERIOD
     while firmware.start_up.state != "off":
-        # Always with the same time-out: at another one rclpy begins again with the first
-        # subscription, and on a busy machine never reads the others.
+        # The time-out is constant: if it changed, rclpy would begin again with the first
+        # subscription, and on a busy machine never read the others.
         while (late := time.monotonic() - deadline) < 0.0:
             executor.spin_once(timeout_sec=LISTENING)
-        # A tick that comes periods too late stands for all of them.
+        # A late tick counts as all the periods that have passed.
         periods = 1 + math.floor(late / PERIOD)
         deadline += periods * PERIOD
         firmware.tick(periods * PERIOD)
 
 
 def settings_of(arguments: list[str]) -> Settings:
-    """From the command line: an option for each of the settings."""
+    """Return the settings from the command line, which has an option for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     for field in dataclasses.fields(Settings):
         option = f"--{field.name.replace('_', '-')}"
@@ -97,7 +97,7 @@ def settings_of(arguments: list[str]) -> Settings:
 
 
 def positive(text: str) -> float:
-    """A finite number above 0."""
+    """Parse a finite number above 0."""
     value = float(text)
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text}: must be a finite number above 0")
@@ -105,7 +105,7 @@ def positive(text: str) -> float:
 
 
 def main() -> int:
-    """Run until Ctrl-C or a failure; a second Ctrl-C ends it with the spindle turning."""
+    """Run until Ctrl-C or a failure; a second Ctrl-C exits while the spindle turns."""
     start_up = StartUp(settings_of(remove_ros_args(sys.argv)[1:]), say)
 
     def interrupted(number: int, frame: object) -> None:
@@ -129,7 +129,7 @@ def main() -> int:
 
 
 def say(text: str) -> None:
-    """A line that is there at once, in a file or a pipe too."""
+    """Print a line without buffering, also into a file or a pipe."""
     print(text, flush=True)
 
 

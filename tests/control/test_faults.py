@@ -24,20 +24,20 @@ def clip(value: float, most: float) -> float:
 
 
 ABORTS: dict[str, tuple[int, Any, str]] = {
-    "drops out": (1, lambda s: [s] if s[0] < 1.0 else [], "no good sample"),
-    "is not a number": (1, lambda s: put(s, x=s[3] if s[0] < 1.0 else math.nan), "no good sample"),
-    "is infinite": (1, lambda s: put(s, x=s[3] if s[0] < 1.0 else math.inf), "no good sample"),
+    "drops out": (1, lambda s: [s] if s[0] < 1.0 else [], "no valid sample"),
+    "is not a number": (1, lambda s: put(s, x=s[3] if s[0] < 1.0 else math.nan), "no valid sample"),
+    "is infinite": (1, lambda s: put(s, x=s[3] if s[0] < 1.0 else math.inf), "no valid sample"),
     "is reset": (1, lambda s: put(s, time=s[0] % 1.0), "time went back"),
-    "is dead": (1, lambda s: put(s, x=0.0), "same again and again"),
-    "is stuck": (1, lambda s: put(s, x=s[3] if s[0] < 0.6 else 1e-2), "same again and again"),
-    "saturates": (1, lambda s: put(s, x=clip(s[3], 3e-4)), "same again and again"),
+    "is dead": (1, lambda s: put(s, x=0.0), "sensor repeats one reading"),
+    "is stuck": (1, lambda s: put(s, x=s[3] if s[0] < 0.6 else 1e-2), "sensor repeats one reading"),
+    "saturates": (1, lambda s: put(s, x=clip(s[3], 3e-4)), "sensor repeats one reading"),
     "drifts": (1, lambda s: put(s, x=s[3] + 1e-3 * s[0]), "offset drifts"),
     "has a wrong sign": (2, lambda s: put(s, y=-s[4]), "wrong sign"),
     "is swapped": (2, lambda s: put(s, x=s[4], y=s[3]), "contradict each other"),
     "reads one axis twice": (2, lambda s: put(s, y=s[3] * 1.001), "contradict each other"),
     "has one dead axis": (2, lambda s: put(s, y=1e-9 * math.sin(1e4 * s[0])), "contradict"),
-    "counts backwards": (1, lambda s: put(s, angle=-s[1]), "angle does not go on"),
-    "counts nothing": (1, lambda s: put(s, angle=0.0), "angle does not go on"),
+    "counts backwards": (1, lambda s: put(s, angle=-s[1]), "angle contradicts its speed"),
+    "counts nothing": (1, lambda s: put(s, angle=0.0), "angle contradicts its speed"),
 }
 
 
@@ -139,7 +139,7 @@ def test_a_drive_that_dies_after_the_end_is_noticed() -> None:
     for _ in range(round(told.silence / told.period) + 2):
         now += told.period
         start_up.command(now)
-    assert start_up.words.startswith("aborting: no good sample for too long")
+    assert start_up.words.startswith("aborting: no valid sample for too long")
     for _ in range(round(FINAL / told.acceleration / told.period) + 1):
         now += told.period
         start_up.command(now)

@@ -59,10 +59,10 @@ def test_same_bits_of_a_sensor_that_is_slow_and_fails(double: ctypes.CDLL) -> No
     course = Course(told, lambda sample: [sample] if round(1e3 * sample[0]) % 7 == 0 else [])
     course.on(1.0, both)
     Course(told, lambda sample: []).on(2.0, both)
-    assert both.python.state is State.ABORTED and "no good sample" in both.python.words
+    assert both.python.state is State.ABORTED and "no valid sample" in both.python.words
 
 
-@pytest.mark.parametrize("fault, why", [("dies", "no good sample"), ("is reset", "went back")])
+@pytest.mark.parametrize("fault, why", [("dies", "no valid sample"), ("is reset", "went back")])
 def test_same_bits_of_a_drive_that_fails_after_the_end(
     fault: str, why: str, double: ctypes.CDLL
 ) -> None:

@@ -86,4 +86,4 @@ def test_a_sensor_that_is_not_heard_aborts(waiting: Scene) -> None:
     drive.advance(STEPS)
     assert drive.controller is not None and drive.observe().omega == 0.0
     texts = [decided.text for decided in drive.controller.decisions]
-    assert any("no good sample of it has come for 1" in text for text in texts)
+    assert any("no valid sample of it has come for 1" in text for text in texts)

@@ -128,9 +128,9 @@ def after(moment: float, then: Any) -> Change:
     ("conditions", "said"),
     [
         ({}, "hold: at 110 rad/s"),
-        ({"deck": after(1.0, None)}, "run down: failure: no good sample for 2 s"),
-        ({"deck": after(1.0, (math.nan, 0.0))}, "run down: failure: no good sample for 2 s"),
-        ({"spindle": after(1.0, (math.inf, 0.0))}, "run down: failure: no good sample for 2 s"),
+        ({"deck": after(1.0, None)}, "run down: failure: no valid sample for 2 s"),
+        ({"deck": after(1.0, (math.nan, 0.0))}, "run down: failure: no valid sample for 2 s"),
+        ({"spindle": after(1.0, (math.inf, 0.0))}, "run down: failure: no valid sample for 2 s"),
         ({"deck": after(1.0, (90.0, 130.0))}, "run down: failure: vibration of 158 m/s^2"),
         (
             {"time": lambda t: t if t < 1.0 else t - 1.0},

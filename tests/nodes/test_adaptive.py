@@ -120,8 +120,8 @@ def begun(fleet: Fleet, fault: str) -> Said:
 @pytest.mark.parametrize(
     ("fault", "why"),
     [
-        ("pick_up drops", "no good sample for too long: sensor or spindle angle dropped out"),
-        ("spindle drops", f"no good sample for too long: .*{SPINDLE_SILENT}"),
+        ("pick_up drops", "no valid sample for too long: sensor or spindle angle dropped out"),
+        ("spindle drops", f"no valid sample for too long: .*{SPINDLE_SILENT}"),
         ("pick_up drifts 1e4", "a reading beyond the limit"),
     ],
 )
@@ -158,6 +158,6 @@ def test_a_sensor_that_fails_after_the_end_is_noticed(session: Fleet) -> None:
     session.until(lambda: said.any("done"), "it is done")
     assert session.set("drive_sim", faults=["pick_up drops"])[0]
     assert session.call("drive_sim/inject_faults")[0]
-    session.until(lambda: said.any("aborting: no good sample"), "it notices")
+    session.until(lambda: said.any("aborting: no valid sample"), "it notices")
     session.until(lambda: said.any("aborted"), "it stands still")
     assert session.call("drive_sim/clear_faults")[0]

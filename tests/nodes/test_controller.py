@@ -248,7 +248,7 @@ def test_a_drive_that_is_not_ab_sim(fleet: Fleet, tmp_path: Path) -> None:
     assert fleet.call("profile_controller/start")[0]
     fleet.until(lambda: text_of(status[-1]) == "aborted", "it is aborted")
     said = [text_of(message) for message in status]
-    assert "aborting: segment 2 waits for the vibration, and no good sample of it" in said[-2]
+    assert "aborting: segment 2 waits for the vibration, and no valid sample of it" in said[-2]
     fleet.until(lambda: "stands still again, 2" in fleet.log("board"), "it stands still")
     steps = [int(word) for word in re.findall(r"by (\d+) steps", fleet.log("board"))]
     assert len(steps) == 2 and min(steps) > 5, "both times by a ramp, however busy the machine"

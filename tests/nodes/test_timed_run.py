@@ -196,7 +196,7 @@ def test_an_adaptive_start_up_says_which_topic_is_silent(silent: str) -> None:
             execution.reading(Reading(now * MS, math.sin(37.0 * t), math.cos(37.0 * t)))
         bench.to(now, 1)
     why = next(text for text in bench.said if text.startswith("aborting: "))
-    assert "no good sample" in why and (SPINDLE_SILENT in why) is (silent == "spindle")
+    assert "no valid sample" in why and (SPINDLE_SILENT in why) is (silent == "spindle")
 
 
 def test_words_of_one_that_gave_up_do_not_contradict_themselves() -> None:

@@ -165,7 +165,9 @@ def test_vibration_that_does_not_come(bad: str) -> None:
         session.go(0.9)
     session.go(0.2)
     assert session.state == "aborting"
-    assert "segment 2 waits for the vibration, and no good sample of it has come" in session.run.why
+    assert (
+        "segment 2 waits for the vibration, and no valid sample of it has come" in session.run.why
+    )
     session.go(1.1)
     assert session.state == "aborted" and session.commands[-1] == 0.0
 

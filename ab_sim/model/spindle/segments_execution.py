@@ -280,7 +280,7 @@ class SegmentsExecution:
             passed += 1
         elif condition is not None and still and (silent := condition.silence(now)) > self._silence:
             where = f"segment {self._number + 1} waits for the vibration"
-            self.failure = f"{where}, and no good sample of it has come for {silent:.3g} s"
+            self.failure = f"{where}, and no valid sample of it has come for {silent:.3g} s"
         number = schedule.number(elapsed)
         missed = self._missed(passed, number)
         if number != self._number and not self.failure:

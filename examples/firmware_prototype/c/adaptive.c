@@ -17,7 +17,7 @@ typedef adaptive_real real;
 
 #define R(x) ((real)(x))
 
-/* Numbers and their meaning: ab_sim/control/chosen.py. */
+/* The same constants as in ab_sim/control/chosen.py, which explains them. */
 static const real UNIT = R(200.0);
 static const real FIRST_RATIO = R(0.5), FIRST_STIFFNESS_DEVIATION = R(0.6), FIRST_DAMPING = R(0.03);
 static const real NET_WALK = R(0.5), STIFFNESS_WALK = R(0.001), DAMPING_WALK = R(0.02);
@@ -40,11 +40,11 @@ static const long REPEATS = 5;
 static const real LAGS[4] = {R(0.0), R(1.0), R(-1.0), R(2.0)};
 static const real TURN = R(6.283185307179586), LARGEST = R(1e9);
 
-/* NaN is passed on as Python's max and min do. */
+/* NaN is treated as by Python's max and min, so that both versions give the same bits. */
 static real larger(real a, real b) { return b > a ? b : a; }
 static real smaller(real a, real b) { return b < a ? b : a; }
 
-/* --- The filter of one axis. ------------------------------------------------------------------ */
+/* --- Filter of one axis: see ab_sim/control/axis_filter.py. ----------------------------------- */
 
 static void axis_init(struct adaptive_axis *x, const struct adaptive_settings *settings)
 {
@@ -65,8 +65,8 @@ static void axis_restart(struct adaptive_axis *x)
     }
 }
 
-/* Find the motion anew; of the suspension this is known, and not well. */
-static void axis_begin_anew(struct adaptive_axis *x, real critical, real damping)
+/* Estimate the motion again, from an uncertain estimate of the suspension. */
+static void axis_restart_with(struct adaptive_axis *x, real critical, real damping)
 {
     real stiffness = critical * critical, off = DOUBTED_STIFFNESS_DEVIATION * stiffness;
     axis_restart(x);
@@ -81,14 +81,14 @@ static void axis_begin(struct adaptive_axis *x, const struct adaptive_settings *
 {
     real mean = x->sum / x->count;
     real spread = sqrt(larger(x->squares / x->count - mean * mean, R(0.0)));
-    real noise = settings->noise, found;
+    real noise = settings->noise, observed;
     real stiffness = x->state[4], damping = x->state[5], motion, net, least, rate, offset;
     real off4 = x->covariance[4][4], off5 = x->covariance[5][5];
-    /* What is told may be too little; what is seen has spikes in it. */
-    found = sqrt(x->rough / (R(6.0) * (x->count - R(2.0))));
+    /* The given noise may be too small, and the observed one contains spikes. */
+    observed = sqrt(x->rough / (R(6.0) * (x->count - R(2.0))));
     if (noise > R(0.0))
-        found = smaller(found, R(10.0) * noise);
-    noise = larger(noise, found);
+        observed = smaller(observed, R(10.0) * noise);
+    noise = larger(noise, observed);
     noise = larger(noise, R(1e-3) * spread);
     if (!(noise > R(0.0)))
         return;
@@ -142,7 +142,8 @@ static void axis_collect(struct adaptive_axis *x, const struct adaptive_settings
         axis_begin(x, settings, speed);
 }
 
-/* Go on by h; p and r: force per mass of a net unbalance of 1 and of i, at both ends. */
+/* Predict the state h seconds ahead. p and r: force per mass for a net unbalance of 1 m and of i m
+   at the beginning (0) and the end (1) of the step [m/s^2]. */
 static void axis_predict(struct adaptive_axis *axis, const struct adaptive_settings *settings,
                          real h, real p0, real r0, real p1, real r1)
 {
@@ -269,7 +270,7 @@ static void axis_update(struct adaptive_axis *axis, const struct adaptive_settin
         axis_init(axis, settings);
 }
 
-/* --- What cannot be true of a sensor. ---------------------------------------------------------- */
+/* --- Monitor of the sensor. -------------------------------------------------------------------- */
 
 static enum adaptive_reason watch_readings(struct adaptive *a, const real *readings, real dt,
                                            bool turning)
@@ -309,9 +310,8 @@ static enum adaptive_reason watch_angle(struct adaptive *a, real change, real ex
     return a->slip > R(0.5) ? ADAPTIVE_ANGLE : ADAPTIVE_NONE;
 }
 
-/* Of two axes: whether they agree on the net unbalance. If they contradict each other, both filters
-   begin anew: one may have followed a net unbalance wrongly that turned faster than it believes. If
-   they do so again, it is the sensor. */
+/* Compare the net unbalance of two axes. At the first contradiction both filters restart, because one
+   may have failed to follow a net unbalance that turned fast. A second one is a sensor fault. */
 static enum adaptive_reason watch_axes(struct adaptive *a, real dt)
 {
     const real *s = a->axis[0].state, *t = a->axis[1].state;
@@ -331,11 +331,11 @@ static enum adaptive_reason watch_axes(struct adaptive *a, real dt)
     a->agreement = R(1.0);
     a->doubt = DOUBT * a->unit;
     for (i = 0; i < 2; i++)
-        axis_begin_anew(&a->axis[i], a->critical, a->damping);
+        axis_restart_with(&a->axis[i], a->critical, a->damping);
     return ADAPTIVE_NONE;
 }
 
-/* --- What the readings say. -------------------------------------------------------------------- */
+/* --- Estimates. -------------------------------------------------------------------------------- */
 
 static void take_over(struct adaptive *a, double time, real angle, real speed, real p, real r)
 {
@@ -364,7 +364,7 @@ static void filter(struct adaptive *a, real dt, real angle, real speed, real p, 
         }
         if (first->known)
             axis_predict(first, settings, h, p0, r0, p1, r1);
-        /* The second axis is 90 degrees ahead: angles counted from it are that much smaller. */
+        /* The second axis is 90 degrees ahead, so angles from it are 90 degrees smaller. */
         if (settings->axes == 2 && second->known)
             axis_predict(second, settings, h, -r0, p0, -r1, p1);
         p0 = p1;
@@ -422,7 +422,7 @@ static enum adaptive_reason combine(struct adaptive *a, real dt)
     return a->settings.axes == 1 ? ADAPTIVE_NONE : watch_axes(a, dt);
 }
 
-/* A sample: whether it was good; and whether it shows that something is wrong. */
+/* Process a sample; return whether it was valid. *wrong becomes the reason for an abort, if any. */
 static bool take(struct adaptive *a, double time, real angle, real speed, real first, real second,
                  enum adaptive_reason *wrong)
 {
@@ -431,7 +431,7 @@ static bool take(struct adaptive *a, double time, real angle, real speed, real f
     real from_axis, c, s, square, dt, slope, p, r;
     int i;
     *wrong = ADAPTIVE_NONE;
-    /* NaN and infinity are not less. */
+    /* NaN and infinity fail this comparison. */
     if (!((fabs)(time) < FAR && fabs(angle) + fabs(speed) + fabs(first) + fabs(second) < LARGEST))
         return false;
     from_axis = angle - settings->axis_angle;
@@ -482,7 +482,7 @@ bool adaptive_circulating(const struct adaptive *a)
                CIRCULATING * a->slow;
 }
 
-/* --- What it does. ------------------------------------------------------------------------------ */
+/* --- Decisions. --------------------------------------------------------------------------------- */
 
 static bool over(const struct adaptive *a)
 {
@@ -507,20 +507,20 @@ static void abort_for(struct adaptive *a, enum adaptive_reason reason)
     enter(a, ADAPTIVE_ABORTING);
 }
 
-/* Of the scale; 1 while there is none. */
+/* Net unbalance relative to the scale; 1 before there is a scale. */
 static real net_of(const struct adaptive *a, real size)
 {
     return a->scale > R(0.0) ? size / a->scale : R(1.0);
 }
 
-/* How long it may be stagnant. */
+/* Longest allowed stagnation, in units of time. */
 static real patience_of(const struct adaptive *a)
 {
     return STAGNANT + STAGNANT_PER_NET * net_of(a, a->fast);
 }
 
-/* The speed to dwell at. At the ratio r the whirl is |q| r^2 / (r^2 - 1), and it lags behind 180
-   degrees by atan(D r / (wn (r^2 - 1))). */
+/* Speed to dwell at. At the ratio r of speed to critical speed the whirl is |q| r^2 / (r^2 - 1). Its
+   phase deviates from 180 degrees by atan(D r / (wn (r^2 - 1))). */
 static real goal_of(const struct adaptive *a)
 {
     const real final = a->settings.final_speed, critical = a->critical;
@@ -539,8 +539,8 @@ static real goal_of(const struct adaptive *a)
     return smaller(ratio * critical, final);
 }
 
-/* A step of the command towards a speed; whether it is there. It does not run away from a spindle
-   that is slower. */
+/* Move the command one step towards a speed; return whether it is reached. The command leads or lags
+   the spindle by a limited amount. */
 static bool ramp(struct adaptive *a, real goal, real slope)
 {
     real change = slope * a->settings.period, lead = LEAD * a->settings.final_speed, wanted = goal;
@@ -551,8 +551,8 @@ static bool ramp(struct adaptive *a, real goal, real slope)
     return a->command == goal;
 }
 
-/* Whether the spindle has been off the command for long, coming no nearer. */
-static bool stands_off(struct adaptive *a, real passed)
+/* Whether the spindle has not approached the command for too long. */
+static bool fails_to_follow(struct adaptive *a, real passed)
 {
     const real final = a->settings.final_speed;
     real off = a->command - a->speed, moved = a->speed - a->stood_at;
@@ -592,7 +592,7 @@ static void approach(struct adaptive *a)
 
 static void dwell(struct adaptive *a, real seconds)
 {
-    /* What drives the balls goes with the square of the critical speed. */
+    /* The driving force on the balls grows with the square of the critical speed. */
     real relative = R(2.0) * a->critical / a->settings.final_speed;
     real falling = FALLING * relative * relative, rate = rate_of(a), passed = seconds / a->unit, net;
     if (rate > RISING)
@@ -651,7 +651,7 @@ static void judge(struct adaptive *a)
     enter(a, ADAPTIVE_RETRY);
 }
 
-/* --- What others call. -------------------------------------------------------------------------- */
+/* --- Public functions. -------------------------------------------------------------------------- */
 
 struct adaptive_settings adaptive_defaults(void)
 {
@@ -681,7 +681,7 @@ void adaptive_sample(struct adaptive *a, double time, adaptive_real angle, adapt
 {
     enum adaptive_reason wrong;
     if (take(a, time, angle, speed, first, second, &wrong))
-        a->heard = 0;
+        a->since_sample = 0;
     if (wrong && !stopped(a) && (wrong == ADAPTIVE_TIME_BACK || !over(a)))
         abort_for(a, wrong);
 }
@@ -695,20 +695,20 @@ adaptive_real adaptive_command(struct adaptive *a, double time)
     a->called = true;
     a->clock = time;
     a->in_state += passed;
-    a->heard += passed;
+    a->since_sample += passed;
     if (a->state == ADAPTIVE_WAITING) {
         if (a->samples > 1) {
             a->command = smaller(larger(a->speed, R(0.0)), settings->final_speed);
             a->elapsed = 0;
             enter(a, ADAPTIVE_RUN_UP);
-        } else if (a->heard > FIRST_SAMPLES) {
+        } else if (a->since_sample > FIRST_SAMPLES) {
             abort_for(a, ADAPTIVE_SILENT);
         }
         return a->command;
     }
     a->elapsed += passed;
     if (a->state == ADAPTIVE_ABORTING) {
-        /* A drive that was reset stands still: a ramp down would first set it going. */
+        /* A drive that was reset stands still: a ramp down would first start it. */
         if (a->reason == ADAPTIVE_TIME_BACK && a->speed < R(0.01) * settings->final_speed)
             a->command = 0;
         if (ramp(a, R(0.0), settings->acceleration))
@@ -717,11 +717,11 @@ adaptive_real adaptive_command(struct adaptive *a, double time)
     }
     if (a->state == ADAPTIVE_ABORTED)
         return a->command;
-    if (a->heard > settings->silence) {
+    if (a->since_sample > settings->silence) {
         abort_for(a, ADAPTIVE_SILENT);
         return a->command;
     }
-    if (!over(a) && stands_off(a, passed)) {
+    if (!over(a) && fails_to_follow(a, passed)) {
         abort_for(a, ADAPTIVE_NOT_FOLLOWING);
         return a->command;
     }
@@ -741,7 +741,7 @@ void adaptive_abort(struct adaptive *a, double time)
     if (stopped(a))
         return;
     a->clock = time;
-    abort_for(a, ADAPTIVE_ASKED);
+    abort_for(a, ADAPTIVE_REQUESTED);
 }
 
 const char *adaptive_state_text(enum adaptive_state state)
@@ -755,21 +755,21 @@ const char *adaptive_reason_text(enum adaptive_reason reason)
 {
     static const char *const TEXTS[] = {
         "",
-        "asked to",
-        "no good sample for too long: sensor or spindle angle dropped out",
+        "requested",
+        "no valid sample for too long: sensor or spindle angle dropped out",
         "the sensor's time went back: the drive was reset",
         "a reading beyond the limit",
-        "the sensor reads the same again and again: it is stuck or saturated",
+        "the sensor repeats one reading: it is stuck or saturated",
         "the sensor's offset drifts away",
         ("the two axes contradict each other: one has the wrong sign or is turned, or the spindle "
          "turns the other way"),
-        "the spindle's angle does not go on with its speed: wrong sign, or slipped",
+        "the spindle's angle contradicts its speed: wrong sign, or slipped",
         "the spindle does not follow: caught at the critical speed, or no torque",
     };
     return TEXTS[reason];
 }
 
-/* Both ways through the same list, so that they cannot differ. */
+/* Saving and restoring visit the values in the same order, because they share the walk_* functions. */
 struct walk {
     double *numbers;
     const double *from;
@@ -832,7 +832,7 @@ static void walk_axis(struct walk *w, struct adaptive_axis *x)
 
 static void walk(struct walk *w, struct adaptive *a)
 {
-    real *const doing[] = {&a->heard, &a->standing, &a->stood_at, &a->nudge, &a->stagnant,
+    real *const doing[] = {&a->since_sample, &a->standing, &a->stood_at, &a->nudge, &a->stagnant,
                            &a->before};
     real *const seen[] = {&a->angle, &a->speed,    &a->slope,      &a->p,          &a->r,
                           &a->re,    &a->im,       &a->deviation,  &a->fast,       &a->slow,

@@ -1,7 +1,7 @@
-/* An adaptive start-up for a spindle with balls that balance it: it finds the critical speed and
-   follows the net unbalance by itself. One file, C99, no allocation, no clock, no text but what
-   adaptive_reason_text returns. ab_sim/control is the same in Python, operation by operation; build
-   with -ffp-contract=off for the same bits. docs/adaptive.md says how it decides. */
+/* Adaptive start-up of a spindle with a ball balancer: it estimates the critical speed and the net
+   unbalance. One file of C99, without allocation and clock. ab_sim/control is the same in Python,
+   operation by operation; with -ffp-contract=off both give the same bits. docs/adaptive.md describes
+   the decisions. */
 #ifndef ADAPTIVE_H
 #define ADAPTIVE_H
 
@@ -15,17 +15,17 @@ typedef ADAPTIVE_REAL adaptive_real;
 enum adaptive_quantity { ADAPTIVE_DISPLACEMENT, ADAPTIVE_ACCELERATION };
 
 struct adaptive_settings {
-    adaptive_real final_speed;  /* rad/s, above the critical speed */
-    adaptive_real acceleration; /* rad/s^2, the largest rate of change of the command */
-    adaptive_real period;       /* s between two calls of adaptive_command */
+    adaptive_real final_speed;  /* running speed, above the critical speed [rad/s] */
+    adaptive_real acceleration; /* largest rate of change of the command [rad/s^2] */
+    adaptive_real period;       /* time between two calls of adaptive_command [s] */
     enum adaptive_quantity quantity;
     int axes;                 /* readings per sample: 1, or 2 on axes 90 degrees apart */
-    adaptive_real axis_angle; /* rad, of the first from where angle 0 of the spindle points */
-    adaptive_real noise;      /* standard deviation of a reading; 0: not known */
-    int most_retries;
-    adaptive_real patience; /* s after the start, after which no retry begins */
-    adaptive_real silence;  /* s without a good sample, after which it aborts */
-    adaptive_real limit;    /* largest magnitude of a reading; a larger one aborts */
+    adaptive_real axis_angle; /* angle of the first axis from that of spindle angle 0 [rad] */
+    adaptive_real noise;      /* standard deviation of a reading [m or m/s^2]; 0: unknown */
+    int most_retries;       /* largest number of retries */
+    adaptive_real patience; /* time after the start beyond which no retry begins [s] */
+    adaptive_real silence;  /* time without a valid sample after which it aborts [s] */
+    adaptive_real limit;    /* largest magnitude of a reading [m or m/s^2]; a larger one aborts */
 };
 
 enum adaptive_state {
@@ -43,7 +43,7 @@ enum adaptive_state {
 
 enum adaptive_reason {
     ADAPTIVE_NONE,
-    ADAPTIVE_ASKED,
+    ADAPTIVE_REQUESTED,
     ADAPTIVE_SILENT,
     ADAPTIVE_TIME_BACK,
     ADAPTIVE_LIMIT,
@@ -56,7 +56,7 @@ enum adaptive_reason {
 
 enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 52, ADAPTIVE_AXIS_NUMBERS = 67 };
 
-/* One axis: x, x', Re q, Im q, K, D, offset; their covariance. */
+/* Filter of one axis, as in ab_sim/control/axis_filter.py: x, x', Re q, Im q, K, D, offset. */
 struct adaptive_axis {
     adaptive_real state[ADAPTIVE_SIZE];
     adaptive_real covariance[ADAPTIVE_SIZE][ADAPTIVE_SIZE];
@@ -67,8 +67,8 @@ struct adaptive_axis {
 
 struct adaptive {
     struct adaptive_settings settings;
-    adaptive_real unit; /* s */
-    /* What it does. */
+    adaptive_real unit; /* unit of time of the constants [s] */
+    /* Decisions. */
     enum adaptive_state state;
     enum adaptive_reason reason;
     int decisions;
@@ -76,47 +76,48 @@ struct adaptive {
     double clock;
     adaptive_real elapsed, in_state;
     bool called;
-    adaptive_real heard, standing, stood_at, nudge, stagnant, before;
+    adaptive_real since_sample, standing, stood_at, nudge, stagnant, before;
     int dwells, retries;
-    /* What it has seen. */
+    /* Estimates. */
     long samples;
     double time;
     adaptive_real angle, speed, slope;
-    adaptive_real p, r; /* force per mass of a net unbalance of 1 and of i, along the first axis */
+    adaptive_real p, r; /* force per mass for a net unbalance of 1 m and of i m [m/s^2] */
     adaptive_real re, im, deviation; /* net unbalance [m] */
     adaptive_real fast, slow, average_re, average_im, scale;
     adaptive_real critical, critical_deviation, damping;
     bool known;
-    /* What the sensor is watched by. */
+    /* Monitor of the sensor. */
     adaptive_real last[2], peak[2], mean[2], origin[2], swing[2], stuck[2], agreement, slip, doubt;
     long run[2];
     struct adaptive_axis axis[2];
 };
 
-/* Settings with the usual limits; the rest is still to be set. */
+/* Return settings with default limits; speeds, period and sensor must still be set. */
 struct adaptive_settings adaptive_defaults(void);
 
 void adaptive_init(struct adaptive *a, const struct adaptive_settings *settings);
 
-/* One reading: when [s], the spindle's angle [rad] and speed [rad/s] then, the reading along each
-   axis; the second counts with two axes only. With float, wrap the angle. */
+/* Process a reading: its time [s], the spindle's angle [rad] and speed [rad/s] at that time, and the
+   reading along each axis [m or m/s^2]. The second is used with two axes only. With float, wrap the
+   angle. */
 void adaptive_sample(struct adaptive *a, double time, adaptive_real angle, adaptive_real speed,
                      adaptive_real first, adaptive_real second);
 
-/* Once a period: the speed to command now [rad/s]. */
+/* Return the speed to command now [rad/s]; call this once per period. time: caller's clock [s]. */
 adaptive_real adaptive_command(struct adaptive *a, double time);
 
-/* Run down to standstill. */
+/* Ramp down to standstill. */
 void adaptive_abort(struct adaptive *a, double time);
 
-/* Whether balls go round: the net unbalance turns against the rotor. */
+/* Whether balls circulate: the net unbalance turns relative to the rotor. */
 bool adaptive_circulating(const struct adaptive *a);
 
 const char *adaptive_state_text(enum adaptive_state state);
 const char *adaptive_reason_text(enum adaptive_reason reason);
 
-/* The whole state, ADAPTIVE_NUMBERS + axes * ADAPTIVE_AXIS_NUMBERS numbers, and back; as
-   StartUp.state_numbers in Python. Returns how many. */
+/* Save the complete state as ADAPTIVE_NUMBERS + axes * ADAPTIVE_AXIS_NUMBERS numbers, those of
+   StartUp.state_numbers in Python, and return their count; restore the state. */
 int adaptive_numbers(const struct adaptive *a, double *numbers);
 void adaptive_restore(struct adaptive *a, const double *numbers);
 

@@ -1,10 +1,10 @@
-/* A start-up firmware without ROS: the same as ../firmware.py, against Eclipse Cyclone DDS alone.
+/* Start-up firmware without ROS: the same as ../firmware.py, over Eclipse Cyclone DDS.
 
-   firmware [--adaptive] [NAMESPACE]: with --adaptive the start-up of adaptive.h leads, which is
-   told nothing of the drive but its final speed.
+   firmware [--adaptive] [NAMESPACE]: with --adaptive, the start-up of adaptive.h chooses the speed;
+   it is given nothing about the drive except the final speed and the acceleration.
 
-   What a DDS client must know of ROS is all here: "rt/" before a topic's name, the types of
-   messages.idl, and the quality of service. docs/topics.md says the rest. */
+   A DDS client needs three conventions of ROS: "rt/" before a topic's name, the types of
+   messages.idl, and the quality of service. docs/topics.md describes the topics. */
 #define _POSIX_C_SOURCE 200809L
 #include <dds/dds.h>
 #include <errno.h>
@@ -19,24 +19,24 @@
 #include "messages.h"
 #include "start_up.h"
 
-#define PERIOD_NS 5000000 /* between two commands */
+#define PERIOD_NS 5000000 /* time between two commands [ns] */
 #define DEPTH 10
-#define AT_ONCE 32 /* samples taken from a reader at a tick */
+#define AT_ONCE 32 /* largest number of samples taken from a reader at a tick */
 #define FINAL_SPEED 200.0
-#define RAMP 200.0 /* of the adaptive start-up: rad/s, rad/s^2; less than the drive's limits */
+#define RAMP 200.0 /* of the adaptive start-up [rad/s, rad/s^2]; below the drive's limits */
 
-/* As ROS 2 with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, which sends no multicast: ask the ports
-   of this machine's participants, one after the other. CYCLONEDDS_URI, if set, goes first. */
+/* Discovery as in ROS 2 with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, without multicast: contact the
+   ports of this machine's participants. CYCLONEDDS_URI of the environment replaces this. */
 static const char LOOPBACK[] =
     "<General><AllowMulticast>false</AllowMulticast></General>"
     "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     "<Peers><Peer Address=\"localhost\"/></Peers></Discovery>";
 
-/* Cyclone DDS 0.10 also reads the descriptions of types that ROS nodes ask each other for, and
-   crashes on those of sequences, which JointState has (ddsi_xt_type_add_typeobj, on the thread
-   dq.builtins). Names decide here (idlc -t), so no description is needed: the dynamic linker gives
-   the library this function instead of its own. */
+/* Cyclone DDS 0.10 also reads the type descriptions that ROS nodes request from each other. It
+   crashes on those of sequences, as in JointState (ddsi_xt_type_add_typeobj, thread dq.builtins).
+   Types are matched by name here (idlc -t), so descriptions are not needed. The dynamic linker uses
+   this empty function instead of the library's. */
 struct ddsi_domaingv;
 struct ddsi_serdata;
 __attribute__((visibility("default")))
@@ -52,7 +52,7 @@ static volatile sig_atomic_t interrupted;
 static void interrupt(int number)
 {
     interrupted = 1;
-    signal(number, SIG_DFL); /* a second Ctrl-C ends it with the spindle turning */
+    signal(number, SIG_DFL); /* a second Ctrl-C exits while the spindle turns */
 }
 
 static void say(const char *line)
@@ -61,14 +61,14 @@ static void say(const char *line)
     fflush(stdout);
 }
 
-/* What leads: one of the two. */
+/* The firmware's state: one of the two start-ups chooses the speed. */
 struct firmware {
     struct start_up start_up;
     struct adaptive adaptive;
     bool is_adaptive;
     int said;
-    double now;                     /* s since it was started */
-    double time, angle, speed;      /* of the spindle's last sample; time NaN: none yet */
+    double now;                     /* time since the start [s] */
+    double time, angle, speed;      /* last sample of the spindle; time NaN: none yet */
 };
 
 static void spindle(struct firmware *f, double time, double angle, double speed)
@@ -84,7 +84,7 @@ static void vibrates(struct firmware *f, double time, double x, double y)
 {
     if (!f->is_adaptive)
         start_up_vibration(&f->start_up, time, x, y);
-    else if (!isnan(f->time)) /* the samples need not come in pairs: the spindle goes on */
+    else if (!isnan(f->time)) /* extrapolate the angle to the time of this sample */
         adaptive_sample(&f->adaptive, time, f->angle + f->speed * (time - f->time), f->speed, x, y);
 }
 
@@ -108,7 +108,7 @@ static void stop(struct firmware *f)
         adaptive_abort(&f->adaptive, f->now);
 }
 
-/* Once a period: the speed to command. */
+/* Return the speed to command [rad/s]; called once per period. */
 static double tick(struct firmware *f, double passed)
 {
     const struct adaptive *a = &f->adaptive;
@@ -118,7 +118,7 @@ static double tick(struct firmware *f, double passed)
         return start_up_tick(&f->start_up, passed);
     f->now += passed;
     if (a->samples == 0)
-        return 0.0; /* there is no drive yet: it gives up on one that says nothing more */
+        return 0.0; /* wait: once started, the controller aborts if samples cease */
     speed = adaptive_command(&f->adaptive, f->now);
     if (a->decisions != f->said) {
         f->said = a->decisions;
@@ -171,7 +171,7 @@ static double seconds(const builtin_interfaces_msg_dds__Time_ *stamp)
 
 static void hear_spindle(dds_entity_t reader, struct firmware *firmware)
 {
-    void *samples[AT_ONCE] = {NULL}; /* none of ours: the reader lends its own */
+    void *samples[AT_ONCE] = {NULL}; /* NULL: dds_take lends the reader's buffers */
     dds_sample_info_t infos[AT_ONCE];
     int count = dds_take(reader, samples, infos, AT_ONCE, AT_ONCE);
     for (int k = 0; k < count; k++) {
@@ -190,7 +190,7 @@ static void hear_spindle(dds_entity_t reader, struct firmware *firmware)
 
 static void hear_vibration(dds_entity_t reader, struct firmware *firmware)
 {
-    /* Several accelerometers share the topic; this firmware listens to the first it hears. */
+    /* Several accelerometers may share the topic: use the first one received. */
     static char sensor[100];
     void *samples[AT_ONCE] = {NULL};
     dds_sample_info_t infos[AT_ONCE];
@@ -209,7 +209,7 @@ static void hear_vibration(dds_entity_t reader, struct firmware *firmware)
         dds_return_loan(reader, samples, count);
 }
 
-/* Sleep until the next deadline, which then is the one after; how many periods that took. */
+/* Sleep until the deadline, advance it beyond now, and return the number of periods that passed. */
 static int next_tick(struct timespec *deadline)
 {
     struct timespec now;
@@ -217,7 +217,7 @@ static int next_tick(struct timespec *deadline)
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, deadline, NULL) == EINTR)
         ;
     clock_gettime(CLOCK_MONOTONIC, &now);
-    /* A tick that comes periods too late stands for all of them. */
+    /* A late tick counts as all the periods that have passed. */
     do {
         periods++;
         deadline->tv_nsec += PERIOD_NS;
@@ -230,7 +230,7 @@ static int next_tick(struct timespec *deadline)
     return periods;
 }
 
-/* The domain as ROS has it: ROS_DOMAIN_ID, or 0. */
+/* Return the domain as in ROS: ROS_DOMAIN_ID, or 0. */
 static dds_domainid_t domain_of_ros(void)
 {
     const char *text = getenv("ROS_DOMAIN_ID");
@@ -293,5 +293,5 @@ int main(int count, char **arguments)
             dds_write(command, &message);
     }
     dds_delete(participant);
-    return is_adaptive ? firmware.adaptive.reason > ADAPTIVE_ASKED : firmware.start_up.failed;
+    return is_adaptive ? firmware.adaptive.reason > ADAPTIVE_REQUESTED : firmware.start_up.failed;
 }

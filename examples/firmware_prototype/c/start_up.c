@@ -39,7 +39,7 @@ static void enter(struct start_up *s, enum state state, const char *why)
     s->say(line);
 }
 
-/* Run down because of a failure; while running down for another reason, note it. */
+/* Run down because of a failure; if already running down, record the failure only. */
 static void fail(struct start_up *s, const char *why)
 {
     char text[160];
@@ -50,7 +50,7 @@ static void fail(struct start_up *s, const char *why)
     enter(s, RUN_DOWN, text);
 }
 
-/* The drive was reset: it stands still, and a ramp down would first set it going. */
+/* Fail because the drive was reset. It stands still; a ramp down would first start it. */
 static void time_went_back(struct start_up *s)
 {
     s->vibration_time = s->angle_time = -INFINITY;
@@ -67,7 +67,7 @@ static void leave_hold(struct start_up *s, const char *why)
     enter(s, TO_FINAL, text);
 }
 
-/* The vibration that turns with the spindle, over some whole turns. */
+/* Decide on a new amplitude of the vibration that turns with the spindle [m/s^2]. */
 static void window(struct start_up *s, double amplitude)
 {
     char line[160];
@@ -84,7 +84,7 @@ static void window(struct start_up *s, double amplitude)
     }
 }
 
-/* One more step along the ramp; whether the spindle is there, too. */
+/* Move the command one step towards a speed; return whether the spindle has reached it. */
 static bool reached(struct start_up *s, double goal, double passed)
 {
     char text[100];
@@ -98,7 +98,7 @@ static bool reached(struct start_up *s, double goal, double passed)
         return true;
     if (s->in_state > s->settings.catching_up) {
         if (s->state == RUN_DOWN) {
-            snprintf(text, sizeof text, "though the spindle was last heard at %.3g rad/s",
+            snprintf(text, sizeof text, "but the last reported speed is %.3g rad/s",
                      s->speed);
             enter(s, OFF, text);
         } else {
@@ -127,7 +127,7 @@ void start_up_init(struct start_up *s, const struct settings *settings, void (*s
 void start_up_spindle(struct start_up *s, double time, double angle, double speed)
 {
     if (!isfinite(angle) || !isfinite(speed))
-        return; /* as good as silence */
+        return; /* an invalid sample counts as silence */
     if (time < s->angle_time)
         time_went_back(s);
     s->angle_time = time;
@@ -152,7 +152,7 @@ void start_up_vibration(struct start_up *s, double time, double x, double y)
     }
     if (!isfinite(s->angle_time))
         return;
-    /* The samples need not come in pairs: the spindle goes on from its last one. */
+    /* Spindle and vibration may be sampled at different times: extrapolate the angle. */
     angle = s->angle + s->speed * (time - s->angle_time);
     if (s->count == 0)
         s->begin = angle;
@@ -160,7 +160,7 @@ void start_up_vibration(struct start_up *s, double time, double x, double y)
     s->sum_y += y * cos(angle) - x * sin(angle);
     s->count++;
     if (fabs(angle - s->begin) >= s->settings.turns * TURN) {
-        /* From too few samples a turn, one cannot tell what turns from what does not. */
+        /* With fewer samples per turn, parts of the vibration that do not turn would alias. */
         if (s->count >= 4 * s->settings.turns)
             window(s, hypot(s->sum_x, s->sum_y) / s->count);
         restart_window(s);
@@ -171,22 +171,22 @@ double start_up_tick(struct start_up *s, double passed)
 {
     char text[80];
     const struct settings *settings = &s->settings;
-    bool heard;
+    bool valid;
     s->in_state += passed;
     s->spindle_silent += passed;
     s->vibration_silent += passed;
-    heard = fmax(s->spindle_silent, s->vibration_silent) <= settings->silence;
+    valid = fmax(s->spindle_silent, s->vibration_silent) <= settings->silence;
     if (s->state == WAITING) {
-        if (heard) {
-            /* The disc may be turning already: this firmware may have been restarted. */
+        if (valid) {
+            /* The disc may be turning already, if this firmware was restarted. */
             s->command = s->speed;
             snprintf(text, sizeof text, "to %g rad/s", settings->hold_speed);
             enter(s, RUN_UP, text);
         }
         return s->command;
     }
-    if (!heard) {
-        snprintf(text, sizeof text, "no good sample for %g s", settings->silence);
+    if (!valid) {
+        snprintf(text, sizeof text, "no valid sample for %g s", settings->silence);
         fail(s, text);
     }
     if (s->state == RUN_UP && reached(s, settings->hold_speed, passed)) {
@@ -195,7 +195,7 @@ double start_up_tick(struct start_up *s, double passed)
                  settings->hold_speed);
         enter(s, HOLD, text);
     } else if (s->state == HOLD && s->in_state >= settings->longest_hold) {
-        leave_hold(s, "though that is not quiet: the hold was as long as it may be");
+        leave_hold(s, "not quiet, but the longest hold is over");
     } else if (s->state == TO_FINAL && reached(s, settings->final_speed, passed)) {
         snprintf(text, sizeof text, "of %g rad/s", settings->final_speed);
         enter(s, AT_SPEED, text);
@@ -210,5 +210,5 @@ void start_up_stop(struct start_up *s)
     if (s->state == WAITING)
         enter(s, OFF, "never started");
     else if (s->state != RUN_DOWN && s->state != OFF)
-        enter(s, RUN_DOWN, "asked to stop");
+        enter(s, RUN_DOWN, "stop requested");
 }

@@ -1,37 +1,37 @@
-/* When to leave the variable-speed period: see ../start_up.py, which this is, line by line.
-   No middleware, no clock, no allocation: fit for a microcontroller. */
+/* Decisions of a start-up firmware: when to leave the variable-speed period. This is ../start_up.py
+   in C, without middleware, clock and allocation, so that it runs on a microcontroller. */
 #ifndef START_UP_H
 #define START_UP_H
 
 #include <stdbool.h>
 
-/* What the drive's designer says. */
+/* Settings for one drive. */
 struct settings {
-    double ramp;         /* rad/s^2, up and down; less than the drive's spindle.max_acceleration */
-    double hold_speed;   /* rad/s, a little above the critical speed */
-    double final_speed;  /* rad/s */
-    double turns;        /* over which the vibration that turns with the spindle is measured */
-    double quiet;        /* the hold is over when that is down to this share of its largest ... */
-    double permissible;  /* ... or to this [m/s^2], however quiet it was before */
-    double longest_hold; /* s */
-    double settle;       /* s at the final speed before the vibration is judged */
-    double limit;        /* m/s^2; a larger vibration ends the run */
-    double silence;      /* s without a good sample of either kind after which the run ends */
-    double catching_up;  /* s that the spindle may need for reaching what is commanded */
+    double ramp;         /* acceleration [rad/s^2], less than the drive's spindle.max_acceleration */
+    double hold_speed;   /* speed of the hold [rad/s], a little above the critical speed */
+    double final_speed;  /* running speed [rad/s] */
+    double turns;        /* turns over which the vibration that turns with the spindle is averaged */
+    double quiet;        /* the hold ends if this vibration falls to this share of its largest ... */
+    double permissible;  /* ... or to this value [m/s^2] */
+    double longest_hold; /* longest duration of the hold [s] */
+    double settle;       /* time at the final speed before the vibration is judged [s] */
+    double limit;        /* largest allowed vibration [m/s^2]; a larger one ends the run */
+    double silence;      /* time without valid samples after which the run ends [s] */
+    double catching_up;  /* longest time for the spindle to reach the commanded speed [s] */
 };
 
-/* For the scene balanced-start-up. */
+/* Settings for the scene balanced-start-up. */
 extern const struct settings default_settings;
 
 enum state { WAITING, RUN_UP, HOLD, TO_FINAL, AT_SPEED, RUN_DOWN, OFF };
 
 struct start_up {
     struct settings settings;
-    void (*say)(const char *line); /* told each decision */
+    void (*say)(const char *line); /* called with each decision */
     enum state state;
     bool failed;
-    double command;   /* rad/s */
-    double amplitude; /* of the vibration that turns with the spindle, last window [m/s^2] */
+    double command;   /* commanded speed [rad/s] */
+    double amplitude; /* vibration that turns with the spindle, over the last window [m/s^2] */
     double in_state, largest;
     bool judged;
     double angle, speed, angle_time, vibration_time;
@@ -42,16 +42,16 @@ struct start_up {
 
 void start_up_init(struct start_up *s, const struct settings *settings, void (*say)(const char *));
 
-/* A sample of the spindle: when [s], angle [rad], speed [rad/s]. */
+/* Process a sample of the spindle: time [s], angle [rad], speed [rad/s]. */
 void start_up_spindle(struct start_up *s, double time, double angle, double speed);
 
-/* A sample of the deck's acceleration [m/s^2] along two axes across the shaft. */
+/* Process a sample of the deck's acceleration along two axes across the shaft [m/s^2]. */
 void start_up_vibration(struct start_up *s, double time, double x, double y);
 
-/* To be called at a fixed rate, `passed` seconds apart: the speed to command now [rad/s]. */
+/* Return the speed to command now [rad/s]; call this at a fixed rate, every `passed` seconds. */
 double start_up_tick(struct start_up *s, double passed);
 
-/* Run down; nothing new if that is under way. */
+/* Run down to standstill; if that is in progress, do nothing. */
 void start_up_stop(struct start_up *s);
 
 #endif
