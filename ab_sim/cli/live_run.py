@@ -39,6 +39,13 @@ GLANCE = 0.02
 """Longest wait for the next message [s]."""
 SILENCE = 10.0
 """Time without a message from the drive before the run is aborted [s]."""
+RUN_MODULE = (
+    "import sys; sys.path[:] = filter(None, sys.path); module = sys.argv.pop(1); "
+    "sys.argv[0] = '-m'; import runpy; "
+    "runpy.run_module(module, run_name='__main__', alter_sys=True)"
+)
+"""Program that does the same as `python -m MODULE`, but does not import from the working directory,
+where a user may have a folder `ab_sim`. `python -P` needs Python 3.11."""
 
 
 class LiveRun:
@@ -291,7 +298,8 @@ class LiveRun:
     def _start_processes(self) -> None:
         for name, values in self._nodes.items():
             settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
-            command = [sys.executable, "-m", f"ab_sim.nodes.{name}", "--ros-args", *settings]
+            module = f"ab_sim.nodes.{name}"
+            command = [sys.executable, "-c", RUN_MODULE, module, "--ros-args", *settings]
             # In a node's first instructions, a signal would end it with a traceback.
             with (self._logs / f"{name}.log").open("wb") as log, interruption.kept_from_children():
                 self._processes[name] = subprocess.Popen(

@@ -69,6 +69,17 @@ def commands() -> Iterator[list[Command]]:
 
 
 @pytest.mark.ros
+def test_a_folder_of_that_name_in_the_working_directory_is_not_imported(tmp_path: Path) -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    (tmp_path / "ab_sim").mkdir()
+    (tmp_path / "ab_sim" / "__init__.py").write_text("raise SystemExit('the wrong ab_sim')\n")
+    script = Path(sys.executable).with_name("ab-sim")
+    live = [script, "live", "thesis-hold", "--for", "0.1"]
+    done = subprocess.run(live, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.ros
 def test_a_changed_scene_for_a_while(commands: list[Command], tmp_path: Path) -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2")
     file = tmp_path / "run.rrd"
