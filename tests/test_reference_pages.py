@@ -1,8 +1,16 @@
 """Generator of the reference pages; ``test_docs`` checks that they are current."""
 
+import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import pytest
+
+import ab_sim
+from ab_sim.analysis.metrics import described_metrics
 
 ROOT = Path(__file__).parents[1]
 SCRIPT = ROOT / "docs" / "extensions" / "from_code.py"
@@ -46,3 +54,32 @@ def test_pages_have_what_they_are_about() -> None:
         "sensors": "| `sensors.NAME.bandwidth` |",
     }.items():
         assert row in (REFERENCE / f"{page}.md").read_text(encoding="utf-8"), page
+
+
+def short(name: str) -> ab_sim.Scene:
+    return ab_sim.load_scene(name, ["duration=0.05"])
+
+
+@pytest.mark.parametrize(
+    ("section", "inner", "report"),
+    [
+        ("run", "samples", lambda: ab_sim.simulate(short("no-ball"), [0.01]).report()),
+        ("modes", "modes", lambda: ab_sim.modes("couple-unbalance", 500.0).report()),
+        ("equilibria", "branches", lambda: ab_sim.equilibria("thesis-hold", 300.0).report()),
+        (
+            "floquet",
+            None,
+            lambda: ab_sim.floquet("nsc-case-1", 300.0, start="balanced").report()[0],
+        ),
+    ],
+)
+def test_the_page_of_json_names_every_field(
+    section: str, inner: str | None, report: Callable[[], dict[str, Any]]
+) -> None:
+    page = (REFERENCE / "json.md").read_text(encoding="utf-8")
+    text = page.partition(f"\n## {section}\n")[2].partition("\n## ")[0]
+    named = {*re.findall(r"`(\w+)`", text), "scene", "version"}
+    named |= {metric.name for metric in described_metrics(None)}
+    result = report()
+    fields = {*result, *(result[inner][0] if inner else ())}
+    assert len(fields) > 10 and sorted(fields - named) == []

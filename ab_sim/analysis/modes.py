@@ -155,7 +155,7 @@ class NaturalVibration(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim modes --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         about = self.linearised
         return {
             "scene": self.scene,

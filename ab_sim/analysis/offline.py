@@ -119,7 +119,7 @@ class OfflineRun(Presented):
     def report(self) -> dict[str, object]:
         """Return all results as JSON-able values in SI units.
 
-        See ``ab-sim run --help`` and ``ab-sim metrics``.
+        See docs/reference/json.md and ``ab-sim metrics``.
         """
         duration = float(self.trajectory["time"][-1])
         return {

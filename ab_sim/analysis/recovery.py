@@ -338,7 +338,7 @@ class RecoveryOverDrag(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim recovery --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         one = self.one_ball
         return {
             "scene": self.scene,

@@ -116,7 +116,7 @@ class PeriodicSolutions(Presented):
         return drawn("periodic_solutions", self.solutions)
 
     def report(self) -> list[dict[str, object]]:
-        """Return JSON-able values, one mapping for each: see ``ab-sim floquet --help``."""
+        """Return JSON-able values, one mapping for each: see docs/reference/json.md."""
         return [dict(one.report()) for one in self.solutions]
 
     def _facts(self) -> dict[str, str]:

@@ -16,12 +16,14 @@ Options = TypeVar("Options", bound=type[tuple[Any, ...]])
 
 
 class Described(NamedTuple):
-    """Entry of an ``Args`` section: ``FIELD [--NAME] [METAVAR]: HELP``."""
+    """Description of an option, from the entry ``FIELD [--NAME] [METAVAR]: HELP`` of ``Args``."""
 
     names: list[str]
     """Name of the option, if it differs from that of the field; empty otherwise."""
     metavar: str | None
+    """Name of its value in the help; None: that of the type."""
     help: str
+    """Meaning of the option."""
 
 
 class Heading(typer.Typer):
@@ -34,7 +36,7 @@ class Heading(typer.Typer):
         """Functions of the commands, each as ``module:function``."""
 
     def declare(self, work: str, **settings: Any) -> Callable[[Options], Options]:
-        """Register a NamedTuple ``NameOptions`` as the command ``name``.
+        """Return a decorator that registers a NamedTuple ``NameOptions`` as the command ``name``.
 
         Each field is an option, or an argument if its type is an ``Argument``. Its help is in the
         section ``Args`` of the docstring; shared types, as ``SceneName``, have their own help. A
@@ -44,7 +46,7 @@ class Heading(typer.Typer):
             work: ``module:function``, imported on the call, because most modules take long to
                 import. The function takes the options. It prints its result, or returns a
                 ``Command`` to run.
-            settings: see typer's ``command``.
+            settings: settings of typer's ``command``.
         """
 
         def register(options: Options) -> Options:
@@ -71,7 +73,11 @@ class Heading(typer.Typer):
 
 
 def described(text: str) -> tuple[str, dict[str, Described]]:
-    """Split a docstring into the command's help and the entries of its ``Args``, by field."""
+    """Split the docstring of an options class.
+
+    Returns:
+        Help of the command, and the descriptions in the section ``Args``, by field.
+    """
     help_, _, section = text.partition("\nArgs:\n")
     entries = re.split(r"\n(?=\S)", textwrap.dedent(section).strip()) if section else []
     descriptions = {}
@@ -87,7 +93,11 @@ def described(text: str) -> tuple[str, dict[str, Described]]:
 def _parameters(
     options: type[tuple[Any, ...]], descriptions: dict[str, Described]
 ) -> Iterator[inspect.Parameter]:
-    """Yield a parameter for each field, and remove the description that it uses."""
+    """Yield typer's parameter for each field of an options class.
+
+    The description of a field is removed from ``descriptions``, so that entries remain for which
+    there is no field.
+    """
     defaults: Mapping[str, Any] = options._field_defaults  # type: ignore[attr-defined]
     for name, hint in get_type_hints(options, include_extras=True).items():
         kind, info = get_args(hint) if hasattr(hint, "__metadata__") else (hint, typer.Option())
@@ -102,13 +112,13 @@ def _parameters(
 def parameter(
     name: str, annotation: Any, default: Any = inspect.Parameter.empty
 ) -> inspect.Parameter:
-    """Return a keyword parameter of a command, for ``set_signature``."""
+    """Return a keyword parameter of a command: its name, typer's annotation, and default value."""
     kind = inspect.Parameter.KEYWORD_ONLY
     return inspect.Parameter(name, kind, default=default, annotation=annotation)
 
 
 def set_signature(function: Callable[..., None], parameters: list[inspect.Parameter]) -> None:
-    """Give a function that takes ``**values`` the signature that typer reads."""
+    """Give a function that takes ``**values`` the parameters that typer shows as its options."""
     function.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     function.__annotations__ = {option.name: option.annotation for option in parameters}
 
@@ -151,7 +161,11 @@ Speed = Annotated[
 ]
 Json = Annotated[
     str | None,
-    Option(metavar="FILE|-", help="Write the result as JSON: .json, or - for standard output."),
+    Option(
+        metavar="FILE|-",
+        help="Write the result as JSON: .json, or - for standard output. Fields: "
+        "docs/reference/json.md",
+    ),
 ]
 ListJson = Annotated[bool, Option("--json", help="Print the list as JSON.")]
 Plot = Annotated[Path | None, Option(metavar="FILE", help="Draw the result: .png, .svg or .pdf.")]

@@ -26,16 +26,18 @@ choose_a_design = Heading("Choose a design")
 class SizeOptions(NamedTuple):
     """Size a balancer: balls, drag and start-up for given limits.
 
-    Numbers may have a unit; without one, they are in SI units. For each number of balls, the
-    command looks for the lightest balls with a drag window: a range of drag in which balls do not
-    circulate, and the required share of drives is balanced in time. The command chooses the widest
-    window, and simulates the start-up of drives that differ in unbalance, start angles and drag. It
-    adds a hold of the speed only if too few drives balance without one.
+    Numbers may have a unit; without one, they are in SI units.
 
-    Runs that contradict a prediction are reported. If no balancer fits, the command prints the
-    reason and a remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims`
-    (claim, predicted, seen, verdict), `at_drags` (runs at both ends of the drag window and far
-    above it), `runs` and the `scene`. Finished runs are cached.
+    1. For each number of balls, the command looks for the lightest balls with a drag window: a
+       range of drag in which balls do not circulate, and the required share of drives is balanced
+       in time.
+    2. It chooses the widest window, and simulates the start-up of drives that differ in unbalance,
+       start angles and drag. It adds a hold of the speed only if too few drives balance without
+       one.
+    3. It reports runs that contradict a prediction.
+
+    If no balancer fits, the command prints the reason and a remedy, with exit code 1. Finished runs
+    are cached.
 
     Args:
         mass MASS: Mass of everything that moves on the suspension, without balls, e.g. '100 g'.
@@ -96,14 +98,15 @@ class SweepOptions(NamedTuple):
     Finished runs are cached: after an interruption, the same command continues; after a complete
     sweep, it returns immediately. Results do not depend on the number of processes or machines.
 
-    A row has the run's number, the keys' values, the metrics, and `outcome`: settled; still
-    changing (the final whirl still rises or falls); circulates (balls go round the race); aborted
-    (an adaptive start-up gave up, and stopped the spindle); or failed. Rows of aborted and failed
-    runs have a reason in `failure`, and no metrics; other runs are not affected. Whirls are in
-    units of the eccentricity e of their run; all other values are in SI units. The JSON has the
-    rows by column in `runs`, and `units`, `points` (keys and their values), `outcomes`, and the
-    `scene`.
+    A row of the result has the run's number, the keys' values, the metrics, and `outcome`:
 
+    * settled
+    * still changing: the final whirl still rises or falls
+    * circulates: balls go round the race
+    * aborted: an adaptive start-up gave up, and stopped the spindle
+    * failed: `failure` has the reason; other runs are not affected
+
+    Whirls are in units of the eccentricity e of their run; all other values are in SI units.
     `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
     file directly.
 
@@ -142,16 +145,15 @@ class TuneOptions(NamedTuple):
     near the best candidate. Only settled runs count: not failed, no circulating balls, and a final
     whirl that neither rises nor falls. If no run settles within all bounds, the exit code is 1.
 
-    The command prints the best values and their metric. For comparison it prints the metric of the
-    unchanged scene, of the scene without its variable-speed period, and with each key 5 % smaller
-    and larger. It names the ends of ranges and the bounds that limit the best values. With
-    --spread, a candidate is judged by the metric that the required share of its drives reaches. All
-    candidates have the same draws; about --runs / --draws candidates are tried.
+    The command prints the best values and their metric, and for comparison the metric
 
-    The JSON has `found` (false if no run settles within all bounds), the best `values`, their
-    metric in `best`, `active` (ends of ranges and bounds that limit them), `beside` (results
-    with each key 5 % smaller and larger), `before` (results of the original scene, with and without
-    its variable-speed period), the best `scene`, and all `runs` by column.
+    * of the unchanged scene, and without its variable-speed period;
+    * with each key 5 % smaller and larger.
+
+    It names the ends of ranges and the bounds that limit the best values.
+
+    With --spread, a candidate is judged by the metric that the required share of its drives
+    reaches. All candidates have the same draws; about --runs / --draws candidates are tried.
 
     The same seed gives the same result. Finished runs are cached: after an interruption, the same
     command continues.
@@ -198,16 +200,15 @@ class RobustOptions(NamedTuple):
     """Estimate the share of built drives that balance.
 
     Draws random drives, runs them, and reports the share that balances, quantiles of metrics, and
-    which tolerance causes most of the variation (Sobol indices). All intervals are 95 % confidence
-    intervals: Wilson's for the share, order statistics for quantiles, bootstrap for Sobol indices,
-    Newcombe's for paired differences of designs. Errors of the model itself are not included.
+    which tolerance causes most of the variation (Sobol indices).
+
+    All intervals are 95 % confidence intervals: Wilson's for the share, order statistics for
+    quantiles, bootstrap for Sobol indices, Newcombe's for paired differences of designs. Errors of
+    the model itself are not included. Whirls are in units of the eccentricity e of their run; all
+    other values are in SI units.
 
     Finished runs are cached: with more --runs, a finer --until, or after an interruption, the
     command continues. Results do not depend on the number of processes.
-
-    The JSON has `share`, `quantiles` by metric, `sobol`, `worst`, `against`, the rows by column in
-    `runs`, and `balanced` for each run. Whirls are in units of the eccentricity e of their run;
-    all other values are in SI units.
 
     Args:
         spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% or '0.1 mm' (standard
@@ -261,10 +262,6 @@ class SensitivityOptions(NamedTuple):
     uncertainty that covers the error of this method. If balls collide or stick, the uncertainty may
     be large, or a metric not differentiable. Metrics that are not numbers, or are the time of a
     sample, have no derivative.
-
-    The JSON has `metrics`, by name each with value, unit, and `by` key: value and unit of the key,
-    derivative (unit per unit; null if the metric is not differentiable), uncertainty (null if
-    unknown) and elasticity (percent per percent; null without derivative or if the metric is 0).
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 

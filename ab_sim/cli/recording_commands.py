@@ -32,11 +32,7 @@ class ReportOptions(NamedTuple):
     end; and its amplitude over frequency and spindle speed. Curves keep every peak. Recordings may
     have any length; the readable part of unfinished ones is used.
 
-    The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
-    missing, complete, events, metrics (see `ab-sim metrics`; null if the scene is not known),
-    vibration_of (name of the vibrating quantity), vibration_rms [m/s^2], once_per_turn_share,
-    real_time_factor (mean, least; null for an offline run) and notes. Symbols, signs and angles:
-    docs/conventions.md
+    Symbols, signs and angles: docs/conventions.md
 
     Args:
         recordings FILE...: Recordings of runs: .rrd; several are shown side by side.
@@ -54,21 +50,19 @@ class ReportOptions(NamedTuple):
 class CompareOptions(NamedTuple):
     """Run a recording's commands again, and compare each channel.
 
-    A recording made by ab_sim is repeated step by step. With its own scene, an offline run is
-    repeated bit for bit; so is a live run under the scene's profile or under speed commands. A live
-    run along another trajectory is repeated with the recorded speed at each step, and is not
-    bit-identical. A recording that begins in the middle of a run is repeated from the state of its
-    first sample.
+    A recording made by ab_sim is repeated step by step, with its own scene:
+
+    * An offline run is bit-identical, and so is a live run under the scene's profile or under speed
+      commands.
+    * A live run along another trajectory is repeated with the recorded speed at each step, and is
+      not bit-identical.
+    * A recording that begins in the middle of a run is repeated from the state of its first sample.
 
     Other recordings are aligned by time: the run begins at the first sample, applies each command
     from its recorded time on, and is interpolated at the recorded times. They need the channels
     step, time and command, and at least one other channel of the scene.
 
-    The JSON has `channels`, each with channel, unit, largest (difference), at (its time [s]), rms,
-    largest_relative and rms_relative (relative to the recorded range, recorded_from to
-    recorded_to), same_to_the_bit, and compared (samples); `not_compared`, each of the other
-    channels with its reason; `driven_by`, `aligned`, `samples`, `duration`, `same_to_the_bit` (all
-    compared channels) and `notes`. Symbols, signs and angles: docs/conventions.md
+    Symbols, signs and angles: docs/conventions.md
 
     Args:
         plot: Draw recorded and simulated channels, and their difference: .png, .svg or .pdf.
@@ -85,23 +79,19 @@ class CompareOptions(NamedTuple):
 class IdentifyOptions(NamedTuple):
     """Fit a drive's parameters to recorded vibration and speed.
 
-    The fit has three stages: recordings without balls; the balls' start angles, from many random
-    starts on a growing part of each recording; all values together. Every value has a 95 %
-    interval. Values that no recording can determine, such as stiffness and mass separately, are
-    named, and keep the scene's value. The verdict states whether the scene fits, and otherwise
-    names a missing effect that would explain the residuals.
+    The fit has three stages:
+
+    1. Fit recordings without balls.
+    2. Find the balls' start angles, from many random starts on a growing part of each recording.
+    3. Fit all values together.
+
+    Every value has a 95 % interval. Values that no recording can determine, such as stiffness and
+    mass separately, are named, and keep the scene's value. The verdict states whether the scene
+    fits, and otherwise names a missing effect that would explain the residuals.
 
     The same seed gives the same result with any number of --workers. Worker processes are started
     for long searches only. After Ctrl-C, the command reports the best values so far, marked as
-    interrupted.
-
-    The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low and high, which
-    are null if infinite; deviation, the standard deviation; how, the origin of the interval:
-    curvature, profile, held or open; at_bound; start, the scene's value; and own, true if the
-    parameter belongs to one recording), `covariance`, `correlation`, `profiles`,
-    `knowledge` (singular values; open directions, which are combinations of values that the
-    recordings do not determine), `residuals`, `tried_effects`, `held_out`, `next_recordings`,
-    `notes`, `runs`, `seed` and the `fitted_scene`. `ab-sim robust --spread-from` reads it.
+    interrupted. `ab-sim robust --spread-from` reads the JSON.
 
     Exit codes: 0 done, for any verdict, 2 bad input, 130 interrupted.
 
@@ -152,17 +142,22 @@ class IdentifyOptions(NamedTuple):
 class ExportOptions(NamedTuple):
     """Convert a recording to Parquet, CSV or a ROS 2 bag.
 
-    Each channel is a column. Parquet has the unit in the column's metadata, as `unit`; CSV has it
-    in the header, as `x [m]`. The metadata of a Parquet file has the scene as JSON, in `ab_sim`.
-    The computed column `whirl` [m] is the distance of the deck's centre from its rest position,
-    across the shaft's axis (frames and signs: docs/conventions.md). Recordings may have any length;
-    the readable part of unfinished ones is used.
+    Recordings may have any length; the readable part of unfinished ones is used.
+
+    In a table, each channel is a column:
+
+    * Parquet has the unit in the column's metadata, as `unit`, and the scene as JSON in the file's
+      metadata, as `ab_sim`. CSV has the unit in the header, as `x [m]`.
+    * The computed column `whirl` [m] is the distance of the deck's centre from its rest position,
+      across the shaft's axis. Frames and signs: docs/conventions.md
 
     A bag has the whole recording, as the messages that a live drive publishes, stamped with
-    simulated time: every sample in vibration/block, the state in joint_states, vibration, whirl and
-    deck_pose, commands, the profile controller's state, events on /rosout. Foxglove and PlotJuggler
-    open the .mcap file in the folder; `ros2 bag` opens the folder. `ab-sim import` converts the bag
-    back to the same recording.
+    simulated time:
+
+    * Topics: every sample in vibration/block; the state in joint_states, vibration, whirl and
+      deck_pose; commands; the profile controller's state; events on /rosout.
+    * Foxglove and PlotJuggler open the .mcap file in the folder; `ros2 bag` opens the folder.
+    * `ab-sim import` converts the bag back to the same recording.
 
     Args:
         parquet FILE: Write a table as an Apache Parquet file: .parquet.

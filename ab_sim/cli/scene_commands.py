@@ -47,16 +47,11 @@ class DemoOptions(NamedTuple):
 class RunOptions(NamedTuple):
     """Simulate a scene offline, at full speed, and judge the run.
 
-    The JSON has `samples`, one per time, each with time t; angle psi and speed omega of the
-    spindle; the deck's displacement u and velocity v on rotating axes, displacement x, y and
-    velocity vx, vy on inertial axes, and whirl; angles theta and rates ball_rate of the balls, and
-    which of them are stuck. Samples also have motor_torque and readings if the scene has them, and
-    for a deck in space z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes. The
-    JSON has the number of events and of steps_with_unresolved_events, the scene, and each metric by
-    its name; `ab-sim metrics` lists units, meanings and equations. Final values are taken over the
-    last tenth of the run, of length final_stretch [s]. The JSON has these metrics also for the runs
-    without_variable_speed_period and without_balls. If the scene requests an accuracy, the JSON has
-    the measured error and its cost. Symbols, signs and angles: docs/conventions.md
+    The table has the metrics of the run, and for comparison those without the variable-speed period
+    and without balls. Final values are taken over the last tenth of the run. `ab-sim metrics` lists
+    units, meanings and equations. Symbols, signs and angles: docs/conventions.md
+
+    The JSON has the same metrics, and `samples` of the motion at the requested times.
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 
@@ -198,11 +193,13 @@ class SensorsOptions(NamedTuple):
 class MetricsOptions(NamedTuple):
     """List the metrics that a run is judged by, with their equations.
 
-    `ab-sim run --json` and `metrics_of` in Python use these names. Unit e: a length in
-    eccentricities; 1: dimensionless; -: not a number. The last stretch is the last tenth of the
-    run; t_l is its beginning. The JSON has `name`, `unit`, `better` (smaller, larger, neither; true
-    counts as larger than false), `kind` (number, true or false, structure), `meaning` and
-    `equation` of each metric. Symbols and signs: docs/conventions.md
+    `ab-sim run --json` and `metrics_of` in Python use these names.
+
+    * Unit: e is a length in eccentricities, 1 is dimensionless, - is not a number.
+    * Better: smaller, larger or neither; true counts as larger than false.
+    * Equation: the last stretch is the last tenth of the run; t_l is its beginning.
+
+    Symbols and signs: docs/conventions.md
 
     Args:
         name NAME: Metric to print. Default: all.
@@ -234,11 +231,13 @@ class SchemaOptions(NamedTuple):
 class AccuracyOptions(NamedTuple):
     """Measure error against CPU time for each stepper.
 
-    Reports errors in ball angle, whirl and energy balance against a reference with a stated
-    uncertainty. For scenes without friction, contact and motor the reference is independent; for
-    others it is ab_sim at short steps. CPU time per simulated second is the fraction of one core
-    that a run in real time needs. pip install 'ab_sim[peers]' adds SUNDIALS and MuJoCo. The command
-    takes minutes; shorten a long scene with --set duration=2.
+    The command takes minutes; shorten a long scene with --set duration=2.
+
+    * Errors in ball angle, whirl and energy balance are relative to a reference, whose uncertainty
+      is reported. For scenes without friction, contact and motor the reference is independent; for
+      others it is ab_sim at short steps.
+    * CPU time per simulated second is the fraction of one core that a run in real time needs.
+    * `pip install 'ab_sim[peers]'` adds SUNDIALS and MuJoCo to the comparison.
 
     Args:
         plot: Draw errors over CPU time: .png, .svg or .pdf.
@@ -277,11 +276,14 @@ class COptions(NamedTuple):
     """Write a scene's drive as C99 source or as an FMU.
 
     The code has the scene's equations, steps of fixed length, live commands, the speed profile, and
-    accelerometers without noise. Any C99 compiler with IEEE doubles and -ffp-contract=off gives the
-    same bits as `ab-sim run`; the source comes with a program that checks this. The scene must be
-    smooth, with an explicit stepper: effects with events (friction, contact, a motor) are refused.
-    With `cc` on PATH, the FMU has a binary for this machine; otherwise it has sources only. See
-    docs/howto/c.md
+    accelerometers without noise. The scene must be smooth, with an explicit stepper: effects with
+    events (friction, contact, a motor) are refused.
+
+    * C: any C99 compiler with IEEE doubles and -ffp-contract=off gives the same bits as
+      `ab-sim run`. The source comes with a program that checks this.
+    * FMU: with `cc` on PATH it has a binary for this machine, otherwise sources only.
+
+    See docs/howto/c.md
 
     Args:
         out FOLDER: Write C source, header, CMakeLists.txt and README to a folder.

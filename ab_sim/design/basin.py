@@ -111,7 +111,7 @@ class Basin(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Return everything as JSON-able values in SI units: see ``ab-sim stability --help``."""
+        """Return everything as JSON-able values in SI units: see docs/reference/json.md."""
         return {
             "scene": self.scene.name,
             "angles": list(self.angles),

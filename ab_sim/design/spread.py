@@ -185,7 +185,7 @@ class Spread(Presented):
         return written
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim robust --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         table = self.runs.table
         return {
             "scene": self.scene.as_mapping(),

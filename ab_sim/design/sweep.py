@@ -228,7 +228,7 @@ class Sweep(Presented):
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim sweep --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         return {
             "scene": self.scene.as_mapping(),
             "keys": list(self.keys),

@@ -169,7 +169,7 @@ class Tuning(Presented):
         return replace(self, runs=self.runs.in_units(units))
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values: see ``ab-sim tune --help``."""
+        """Return all results as JSON-able values: see docs/reference/json.md."""
         return {
             **self.task.report(),
             "found": self.candidate is not None,

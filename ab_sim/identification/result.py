@@ -175,7 +175,7 @@ class Identification(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values: ``ab-sim identify --help``.
+        """Return all results as JSON-able values: docs/reference/json.md.
 
         Infinite numbers become None: the end of an open interval, or the z of an effect whose run
         diverges, as stated in its ``failure``. The entry ``not_finite`` names their places.

@@ -145,7 +145,7 @@ class RecordingComparison(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Return JSON-able values: see ``ab-sim compare --help``."""
+        """Return JSON-able values: see docs/reference/json.md."""
         return {
             "scene": self.scene.name,
             "driven_by": self.driven_by,

@@ -67,7 +67,7 @@ class RunData:
         return float(value) if isinstance(value, int | float) else 0.0
 
     def report(self) -> dict[str, Any]:
-        """Return JSON-able values: see ``ab-sim report --help``."""
+        """Return JSON-able values: see docs/reference/json.md."""
         extent, factors = self.run.extent, self.real_time_factors
         metrics = None if self.metrics is None else self.metrics.report(self.eccentricity)
         return {

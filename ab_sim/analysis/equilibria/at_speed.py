@@ -70,7 +70,7 @@ class Equilibria(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim equilibria --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         return {
             "scene": self.scene,
             "speed": self.speed,

@@ -78,7 +78,7 @@ class Stability:
         return {True: "stable", False: "unstable", None: "undecided"}[self.stable]
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim floquet --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         return {
             "scene": self.scene,
             "found": True,

@@ -115,7 +115,7 @@ class StabilityMap(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim stability --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         across, up = (
             {"key": axis.key, "values": list(axis.values)}
             for axis in (self.plane.across, self.plane.up)

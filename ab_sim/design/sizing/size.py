@@ -97,7 +97,7 @@ class Sizing(Presented):
         return head + yaml_text(self.scene.as_mapping())
 
     def report(self) -> dict[str, object]:
-        """Return all results as JSON-able values in SI units; see ``ab-sim size --help``."""
+        """Return all results as JSON-able values in SI units; see docs/reference/json.md."""
         return {
             "specification": self.specification._asdict(),
             "found": self.found,
