@@ -164,7 +164,7 @@ Json = Annotated[
     Option(
         metavar="FILE|-",
         help="Write the result as JSON: .json, or - for standard output. Fields: "
-        "docs/reference/json.md",
+        "docs/reference, page JSON.",
     ),
 ]
 ListJson = Annotated[bool, Option("--json", help="Print the list as JSON.")]
