@@ -88,10 +88,10 @@ def sweep(
     --------
     >>> import ab_sim
     >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
-    >>> found = ab_sim.sweep(scene, {"balls.mass": "1 g..2 g:3"}, ["peak_whirl_over_e"])
-    >>> found["balls.mass"].tolist(), found.shape
+    >>> result = ab_sim.sweep(scene, {"balls.mass": "1 g..2 g:3"}, ["peak_whirl_over_e"])
+    >>> result["balls.mass"].tolist(), result.shape
     ([0.001, 0.0015, 0.002], (3,))
-    >>> found.scene_of(2).balls.masses
+    >>> result.scene_of(2).balls.masses
     (0.002, 0.002)
     """
     executor = executor_of(workers, scheduler)
@@ -175,10 +175,10 @@ def tune(
     --------
     >>> import ab_sim
     >>> scene = ab_sim.load_scene("no-ball", ["duration=0.5"])
-    >>> found = ab_sim.tune(
+    >>> result = ab_sim.tune(
     ...     scene, {"rotor.eccentricity": (1e-5, 1e-3)}, minimise="peak_whirl_over_e", runs=20
     ... )
-    >>> 1e-5 <= found.values["rotor.eccentricity"] <= 1e-3, found.best < 1.0
+    >>> 1e-5 <= result.values["rotor.eccentricity"] <= 1e-3, result.best < 1.0
     (True, True)
     """
     if draws < 2:
@@ -283,10 +283,10 @@ def robust(
     >>> import ab_sim
     >>> scene = ab_sim.load_scene("balanced-start-up", ["duration=0.2"])
     >>> spread = {"balls.mass": "5%, per ball", "rotor.eccentricity": "lognormal:0.1 mm,40%"}
-    >>> found = ab_sim.robust(scene, spread, runs=40, balanced="peak_whirl_over_e<0.01")
-    >>> found
+    >>> result = ab_sim.robust(scene, spread, runs=40, balanced="peak_whirl_over_e<0.01")
+    >>> result
     <Spread: scene balanced-start-up, runs 40, balanced 0.00 % (0.00 to 8.76 %), criterion ...>
-    >>> found.share.runs_for(0.01) > 100, found["rotor.eccentricity"].shape
+    >>> result.share.runs_for(0.01) > 100, result["rotor.eccentricity"].shape
     (True, (40,))
     """
     executor = executor_of(workers, scheduler)
@@ -306,6 +306,11 @@ def robust(
 
 
 def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variable:
+    """Return a varied key: its values, or for a design its range.
+
+    Raises:
+        InputError: the values cannot be used, or a design's range is not two numbers.
+    """
     if isinstance(spec, str):
         return variable_of(f"{key}={spec}")
     listed = list(spec)
@@ -318,6 +323,11 @@ def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variab
 
 
 def _range(key: str, spec: str | Sequence[object]) -> Range:
+    """Return the range of a key.
+
+    Raises:
+        InputError: the text or the numbers are no range.
+    """
     variable = _variable(key, spec, True)
     if not isinstance(variable, Range):
         raise InputError(f"{key}: {short(spec)}: must be a range, e.g. (0.1, 0.5) or '0.1..0.5'")
@@ -325,6 +335,11 @@ def _range(key: str, spec: str | Sequence[object]) -> Range:
 
 
 def _tolerances(spread: Mapping[str, str | Sequence[str]]) -> list[Tolerance]:
+    """Return the tolerances of a mapping from keys to texts.
+
+    Raises:
+        InputError: it is no such mapping, or a text is no tolerance.
+    """
     if not isinstance(spread, Mapping):
         raise InputError(f"spread = {short(spread)}: must be a mapping of keys to their spread")
     for key, spec in spread.items():
@@ -341,6 +356,7 @@ def _tolerances(spread: Mapping[str, str | Sequence[str]]) -> list[Tolerance]:
 
 
 def _mapping(over: Over) -> Over:
+    """Return a mapping unchanged; refuse anything else."""
     if not isinstance(over, Mapping):
         raise InputError(f"{short(over)}: must be a mapping of keys to their values")
     return over

@@ -11,6 +11,7 @@ from ab_sim.identification.run import IdentificationSettings, run_identification
 from ab_sim.scene.load import SceneLike, as_scene
 
 Paths = Sequence[Path | str]
+"""Files of recordings."""
 
 
 def identify(
@@ -73,7 +74,7 @@ def identify(
     -------
     Identification
         ``scene``, the fitted one; ``verdict`` and ``reasons``; ``estimates``, each with its
-        interval of 95 %, or by name, ``found["balls.mass"]``; ``intervals`` with the covariance;
+        interval of 95 %, or by name, ``result["balls.mass"]``; ``intervals`` with the covariance;
         ``knowledge``: identifiability from the recordings; ``whiteness`` of the residuals;
         ``tried`` effects; ``proposals`` for the next recording.
 
@@ -101,12 +102,12 @@ def identify(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = pathlib.Path(folder, "mine.rrd")
     ...     ab_sim.save_recording(ab_sim.simulate(drive), file)
-    ...     found = ab_sim.identify(
+    ...     result = ab_sim.identify(
     ...         file, guess, ["effects.suspension.damping", "rotor.eccentricity"], propose=False
     ...     )
-    >>> found
+    >>> result
     <Identification: scene no-ball, verdict fits, recordings 1, parameters 2, runs ...>
-    >>> round(found["effects.suspension.damping"].value, 6)
+    >>> round(result["effects.suspension.damping"].value, 6)
     2.0
     """
     start = as_scene(scene)

@@ -103,8 +103,8 @@ def branches(
     Examples
     --------
     >>> import ab_sim
-    >>> found = ab_sim.branches("thesis-hold", speeds=[90.0, 100.0, 110.0, 120.0])
-    >>> [(round(low, 1), round(high, 1)) for low, high in found.over_speed.without_stable_state]
+    >>> result = ab_sim.branches("thesis-hold", speeds=[90.0, 100.0, 110.0, 120.0])
+    >>> [(round(low, 1), round(high, 1)) for low, high in result.over_speed.without_stable_state]
     [(98.2, 104.9)]
     """
     checked_scene = as_scene(scene)
@@ -159,8 +159,8 @@ def floquet(scene: SceneLike, speed: float | None = None, start: str = "") -> Pe
     Examples
     --------
     >>> import ab_sim
-    >>> found = ab_sim.floquet("nsc-case-1", 300.0, start="balanced")
-    >>> len(found), found[0].verdict, found[0].largest < 1.0
+    >>> result = ab_sim.floquet("nsc-case-1", 300.0, start="balanced")
+    >>> len(result), result[0].verdict, result[0].largest < 1.0
     (1, 'stable', True)
     """
     checked_scene = as_scene(scene)
@@ -206,8 +206,8 @@ def follow_floquet(
     Examples
     --------
     >>> import ab_sim
-    >>> found = ab_sim.follow_floquet("nsc-case-1", "speed", [300.0, 310.0])
-    >>> [point.found.verdict for point in found.points], found.borders
+    >>> result = ab_sim.follow_floquet("nsc-case-1", "speed", [300.0, 310.0])
+    >>> [point.result.verdict for point in result.points], result.borders
     (['stable', 'stable'], ())
     """
     checked_scene, wanted = as_scene(scene), [float(value) for value in values]
@@ -265,8 +265,8 @@ def modes(scene: SceneLike, speed: float = 0.0) -> NaturalVibration:
     Examples
     --------
     >>> import ab_sim
-    >>> found = ab_sim.modes("couple-unbalance", 500.0)
-    >>> [f"{mode.frequency:.0f} {mode.sense}" for mode in found.modes][0]
+    >>> result = ab_sim.modes("couple-unbalance", 500.0)
+    >>> [f"{mode.frequency:.0f} {mode.sense}" for mode in result.modes][0]
     '...'
     """
     checked_scene = as_scene(scene)
@@ -315,8 +315,8 @@ def recovery(
     Examples
     --------
     >>> import ab_sim
-    >>> found = ab_sim.recovery("nsc-case-1", drags=[0.2, 0.4])
-    >>> found.best_drag, round(found.own.settling_time, 2)
+    >>> result = ab_sim.recovery("nsc-case-1", drags=[0.2, 0.4])
+    >>> result.best_drag, round(result.own.settling_time, 2)
     (0.2, 2.03)
     """
     return recovery_over_drag(as_scene(scene), tuple(drags), progress, band)
@@ -377,10 +377,10 @@ def stability_map(
     --------
     >>> import ab_sim
     >>> across, up = ("speed", 50.0, 300.0, 6), ("effects.suspension.damping", 0.1, 4.0, 3)
-    >>> found = ab_sim.stability_map("thesis-hold", across, up)
-    >>> found
+    >>> result = ab_sim.stability_map("thesis-hold", across, up)
+    >>> result
     <StabilityMap: scene thesis-hold, points 6 x 3, over speed and ..., balanced ... %>
-    >>> found.balanced.shape, bool(found.balanced[0, 0]), bool(found.balanced[0, -1])
+    >>> result.balanced.shape, bool(result.balanced[0, 0]), bool(result.balanced[0, -1])
     ((3, 6), False, True)
     """
     checked_scene = as_scene(scene)

@@ -96,7 +96,7 @@ class PeriodicSolutions(Presented):
     @property
     def stable(self) -> tuple[Stability, ...]:
         """Stable solutions, to which nearby motions return."""
-        return tuple(one for one in self.solutions if one.stable)
+        return tuple(solution for solution in self.solutions if solution.stable)
 
     def plot(self) -> Figure:
         """Draw the multipliers in the complex plane, and the unit circle.
@@ -117,14 +117,15 @@ class PeriodicSolutions(Presented):
 
     def report(self) -> list[dict[str, object]]:
         """Return JSON-able values, one mapping for each: see docs/reference/json.md."""
-        return [dict(one.report()) for one in self.solutions]
+        return [dict(solution.report()) for solution in self.solutions]
 
     def _facts(self) -> dict[str, str]:
         return {
             "scene": self.scene.name,
             "speed": number(self.speed, "rad/s"),
             "solutions": "; ".join(
-                f"{one.found_from}: {one.verdict}, largest {one.largest:.6g}" for one in self
+                f"{solution.found_from}: {solution.verdict}, largest {solution.largest:.6g}"
+                for solution in self
             )
             or "none found",
         }

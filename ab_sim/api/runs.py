@@ -112,11 +112,11 @@ def resolve_accuracy(
     Examples
     --------
     >>> import ab_sim
-    >>> asked = ab_sim.load_scene("nsc-case-1", ["accuracy.angle=1e-4", "duration=0.2"])
-    >>> scene, found = ab_sim.resolve_accuracy(asked)
-    >>> found.measured.angle < 1e-4
+    >>> requested = ab_sim.load_scene("nsc-case-1", ["accuracy.angle=1e-4", "duration=0.2"])
+    >>> scene, result = ab_sim.resolve_accuracy(requested)
+    >>> result.measured.angle < 1e-4
     True
-    >>> scene.solver.step == found.step
+    >>> scene.solver.step == result.step
     True
     """
     return accuracy.resolve_accuracy(as_scene(scene), tell=progress)

@@ -113,13 +113,13 @@ def size(
     Examples
     --------
     >>> import ab_sim
-    >>> found = ab_sim.size(
+    >>> result = ab_sim.size(
     ...     mass="100 g", unbalance="0.3 g cm", critical_speed="100 rad/s", speed="200 rad/s",
     ...     race_radius="12 mm", race_width="4 mm", balls=[6], runs=100,
     ... )
-    >>> found.chosen.count, found.hold, found.runs.share.value > 0.9
+    >>> result.chosen.count, result.hold, result.runs.share.value > 0.9
     (6, None, True)
-    >>> 2e3 * found.chosen.balls.radius < 4.0
+    >>> 2e3 * result.chosen.balls.radius < 4.0
     True
     """
     texts = SpecificationTexts(

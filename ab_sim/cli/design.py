@@ -62,6 +62,7 @@ def sweep_command(options: SweepOptions) -> Command:
 
 
 def _sweep_shown(sweep: Sweep) -> Iterator[Table | str]:
+    """Yield the table of metrics, the best runs, and notes on outcomes."""
     title = f"{sweep.scene.name}: {len(sweep.table)} runs; metrics of those that settled"
     table = new_table("metric", "smallest | median | largest", title=title)
     for metric in sweep.metrics:
@@ -83,6 +84,7 @@ def _sweep_shown(sweep: Sweep) -> Iterator[Table | str]:
 
 
 def _where(sweep: Sweep, run: int) -> str:
+    """Return the values of the keys in a run as text."""
     values = {key: sweep[key][run] for key in sweep.keys}
     return ", ".join(
         sweep.setting(key, value if isinstance(value, str) else float(value))
@@ -128,6 +130,7 @@ def tune_command(options: TuneOptions) -> Command:
 
 
 def _range(text: str) -> Range:
+    """Parse the range of ``--vary``."""
     variable = variable_of(text)
     if not isinstance(variable, Range):
         raise InputError(f"--vary {text}: must be a range, {variable.key}=FROM..TO")
@@ -135,6 +138,7 @@ def _range(text: str) -> Range:
 
 
 def _share(text: str) -> float:
+    """Parse the share of ``--share``, in percent; return it as a fraction."""
     number_, percent, rest = text.strip().partition("%")
     try:
         share = float(number_) / 100.0
@@ -191,6 +195,7 @@ def _left_out(tuning: Tuning) -> Iterator[str]:
 
 
 def _missed(tuning: Tuning, miss: NearMiss) -> str:
+    """Return a line on a bound that few runs meet, with the run that comes nearest."""
     line = f"{miss.bound.text} holds for {miss.holds or 'none'} of {miss.settled} runs that settled"
     if miss.nearest is None:
         return line
@@ -214,6 +219,7 @@ def _nothing_found(tuning: Tuning, scene_name: str) -> str:
 
 
 def _aim_text(metric: float | None, factor: float, inside: bool = True) -> str:
+    """Return a metric in the requested unit; ``inside``: it is settled, and all bounds hold."""
     value = number(None if metric is None else metric * factor)
     return value if inside else f"{value}, but it has not settled, or a bound does not hold"
 
@@ -300,6 +306,7 @@ def _spread_shown(spread: Spread, scene_name: str, changes: Sequence[str]) -> It
 
 
 def _more_runs(spread: Spread) -> str:
+    """Return a line on the numbers of runs for narrower intervals of the share."""
     share = spread.share
     finer = [share.half_width / 2.0, *(h for h in FINER if h < share.half_width / 2.0)]
     reports = [
@@ -322,6 +329,7 @@ def _quantile_table(spread: Spread) -> Table:
 
 
 def _interval(quantile_of_metric: QuantileOfMetric, factor: float) -> str:
+    """Return a quantile and its interval in the requested unit."""
     low, high = (_end(end, factor) for end in (quantile_of_metric.low, quantile_of_metric.high))
     return f"{number(quantile_of_metric.value * factor)} ({low} to {high})"
 

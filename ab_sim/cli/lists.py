@@ -175,6 +175,7 @@ def _print_formulas(name: str, effect: type[Any]) -> None:
 
 
 def _formula_lines(formula: "Formula") -> list[str]:
+    """Return the lines of a formula: equations, quantities and parameters, then LaTeX."""
     head = f"  {formula.method}: {formula.meaning}" if formula.meaning else f"  {formula.method}"
     if formula.trouble:
         return [head, f"    cannot be printed: {formula.trouble}"]
@@ -196,6 +197,7 @@ def print_sensors(_: SensorsOptions) -> None:
 
 
 def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]) -> Table:
+    """Return the table of an effect or a sensor; ``parameters``: their JSON schemas by name."""
     table = Table(title=name, title_justify="left", title_style="bold", show_header=False)
     table.add_row("meaning", " ".join((what.__doc__ or "").split()))
     table.add_row("equation", what.equation)

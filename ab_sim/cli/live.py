@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 NOWHERE = "none"
 """Value of ``--view`` without a viewer."""
 Show = Callable[["LiveRun"], None]
+"""Function that shows the present state of a run."""
 GLANCE = 0.1
 """Time between two checks for a page or for Enter [s]."""
 
@@ -230,7 +231,9 @@ def run_live(options: LiveOptions) -> None:
 
 
 SCENE = "balanced-start-up"
+"""Scene of the demo."""
 REPORT = "ab_sim.cli.startup_report"
+"""Module that reports on the demo, imported during the run."""
 
 
 def run_demo(options: DemoOptions) -> None:
@@ -280,5 +283,6 @@ def run_demo(options: DemoOptions) -> None:
 
 
 def _import_report() -> None:
+    """Import the report's module at low priority, while the run is in progress."""
     os.nice(10)  # affects only this thread on Linux: the nodes have priority
     importlib.import_module(REPORT)

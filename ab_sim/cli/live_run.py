@@ -89,7 +89,7 @@ class LiveRun:
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._context = contextlib.ExitStack()
         self._health: dict[str, Health] = {}
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         self._began: float | None = None
         self._wall = [0.0, 0.0]
         self.time = self.speed = self.whirl = 0.0
@@ -104,7 +104,7 @@ class LiveRun:
             # could wait forever for a lock that another thread held at the fork.
             self._start_processes()
             init_ros(["ab-sim"])
-            self._watch()
+            self._subscribe()
         except BaseException:
             self._end()
             raise
@@ -132,7 +132,7 @@ class LiveRun:
         """
 
         def ready() -> bool:
-            self._refuse_company()
+            self._refuse_other_simulator()
             recorder, controller = self.health(RECORDER), self.health(CONTROLLER)
             # Drive and recorder must be subscribed, so that no command is lost.
             listeners = len(self._nodes.keys() & {"drive_sim", RECORDER})
@@ -159,12 +159,12 @@ class LiveRun:
     def start(self) -> None:
         """Start the profile, if there is one, and let the drive run."""
         if CONTROLLER in self._nodes:
-            self._ask(self._start_profile, trigger_request())
+            self._call(self._start_profile, trigger_request())
             if not self._spin_until(self._profile_is_led, ANSWER):
                 raise AbSimError(f"the profile did not reach the drive; see {self._logs}")
-        self._began, self._heard = self.time, time.monotonic()
-        self._ask(self._pause_drive, switch_request(False))
-        self._heard = time.monotonic()
+        self._began, self._last_message = self.time, time.monotonic()
+        self._call(self._pause_drive, switch_request(False))
+        self._last_message = time.monotonic()
 
     def _profile_is_led(self) -> bool:
         """Return whether the drive has received the beginning of the profile."""
@@ -190,7 +190,7 @@ class LiveRun:
                 raise AbSimError(
                     f"{name} ended with exit code {process.returncode}:\n{self._log_of(name)}"
                 )
-        if self._began is not None and time.monotonic() - self._heard > SILENCE:
+        if self._began is not None and time.monotonic() - self._last_message > SILENCE:
             raise AbSimError(f"no message from drive_sim for {SILENCE:g} s; see {self._logs}")
 
     def stop_drive(self) -> dict[str, str]:
@@ -236,8 +236,13 @@ class LiveRun:
         self._end_nodes(*self._processes)
 
     def _end_nodes(self, *names: str) -> None:
+        """Let nodes exit, and wait for them.
+
+        Raises:
+            AbSimError: a node did not exit in time, or with an error.
+        """
         for name in names:
-            self._ask_to_end(name)
+            self._request_exit(name)
         for name in names:
             try:
                 code = self._processes[name].wait(timeout=ANSWER)
@@ -257,45 +262,47 @@ class LiveRun:
         health = self._health.get(f"/{node}")
         return {} if health is None else health.values
 
-    def _watch(self) -> None:
+    def _subscribe(self) -> None:
+        """Create the node that listens to the run and calls its services."""
         self._node = rclpy.create_node("ab_sim")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
         self._context.callback(self._leave)
-        topics.JOINT_STATES.subscription(self._node, self._hear_joints)
-        topics.WHIRL.subscription(self._node, self._hear_whirl)
-        topics.PROFILE_STATUS.subscription(self._node, self._hear_status)
-        topics.DIAGNOSTICS.subscription(self._node, self._hear_health)
+        topics.JOINT_STATES.subscription(self._node, self._receive_joints)
+        topics.WHIRL.subscription(self._node, self._receive_whirl)
+        topics.PROFILE_STATUS.subscription(self._node, self._receive_status)
+        topics.DIAGNOSTICS.subscription(self._node, self._receive_health)
         self._start_profile: Client[Any, Any] = self._node.create_client(
             Trigger, "profile_controller/start"
         )
         self._pause_drive: Client[Any, Any] = self._node.create_client(SetBool, "drive_sim/pause")
 
-    def _hear_joints(self, message: Any) -> None:
+    def _receive_joints(self, message: Any) -> None:
         with contextlib.suppress(MalformedMessage):  # another robot may use this topic
             sample = topics.JOINT_STATES.sample(message)
             before, self.time = self.time, sample.time * 1e-9
             self.speed, self.ball_angles = sample.spindle_speed, sample.ball_angles
-            self._heard = time.monotonic()
+            self._last_message = time.monotonic()
             if self.time < before and self._began is not None:  # the drive was reset
                 self._began, self._wall = self.time, [0.0, 0.0]
             if self._began is not None:
-                self._wall[1] = self._heard
-                self._wall[0] = self._wall[0] or self._heard - self.elapsed
+                self._wall[1] = self._last_message
+                self._wall[0] = self._wall[0] or self._last_message - self.elapsed
 
-    def _hear_whirl(self, message: Any) -> None:
+    def _receive_whirl(self, message: Any) -> None:
         x, y, _ = topics.WHIRL.sample(message).place
         self.whirl = math.hypot(x, y)
 
-    def _hear_status(self, message: Any) -> None:
+    def _receive_status(self, message: Any) -> None:
         if self._began is not None:
             self.statuses.append((self.elapsed, topics.PROFILE_STATUS.sample(message)))
 
-    def _hear_health(self, message: Any) -> None:
+    def _receive_health(self, message: Any) -> None:
         for health in topics.DIAGNOSTICS.sample(message):
             self._health[health.node] = health
 
     def _start_processes(self) -> None:
+        """Start each node in a process of its own session, with its output in a log file."""
         for name, values in self._nodes.items():
             settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
             module = f"ab_sim.nodes.{name}"
@@ -311,7 +318,8 @@ class LiveRun:
                     preexec_fn=_end_with_parent,
                 )
 
-    def _refuse_company(self) -> None:
+    def _refuse_other_simulator(self) -> None:
+        """Refuse to run if another simulator publishes the clock: nodes would follow both."""
         if topics.CLOCK.publishers(self._node) > 1:
             domain = os.environ.get("ROS_DOMAIN_ID", "0")
             raise InputError(
@@ -330,6 +338,7 @@ class LiveRun:
         self._executor.spin_once(timeout_sec=GLANCE)
 
     def _spin_until(self, condition: Callable[[], bool], deadline: float) -> bool:
+        """Process messages until a condition is true; return whether it is in time [s]."""
         end = time.monotonic() + deadline
         while not condition():
             if time.monotonic() > end:
@@ -337,7 +346,12 @@ class LiveRun:
             self.spin(0.02)
         return True
 
-    def _ask(self, client: Client[Any, Any], request: Any) -> None:
+    def _call(self, client: Client[Any, Any], request: Any) -> None:
+        """Call a service until it succeeds.
+
+        Raises:
+            AbSimError: the service does not answer in time, or still refuses then.
+        """
         service = client.srv_name
         # Nodes discover each other gradually: a request that is refused now may soon be granted.
         end = time.monotonic() + ANSWER
@@ -352,7 +366,7 @@ class LiveRun:
                 raise AbSimError(f"the service {service} refused: {text}")
             self.spin(0.05)
 
-    def _ask_to_end(self, name: str) -> None:
+    def _request_exit(self, name: str) -> None:
         """Ask a node to exit, and receive its last diagnostics."""
         process = self._processes[name]
         process.send_signal(signal.SIGINT)
@@ -365,10 +379,12 @@ class LiveRun:
             self._listen()
 
     def _log_of(self, name: str) -> str:
+        """Return the last lines of a node's output."""
         text = (self._logs / f"{name}.log").read_text(errors="replace")
         return "\n".join(text.splitlines()[-15:])
 
     def _end(self) -> None:
+        """End all processes at the exit from the context, in order if possible."""
         # This does not use ROS, so it ends the nodes even if ROS fails. If this process dies
         # first, the nodes receive a signal (`_end_with_parent`).
         for process in self._processes.values():
@@ -383,6 +399,7 @@ class LiveRun:
         self._context.close()
 
     def _leave(self) -> None:
+        """Destroy this process's node and shut ROS down."""
         if rclpy.ok():
             self._executor.shutdown()
             if leave_graph(self._node):

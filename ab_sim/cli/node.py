@@ -51,7 +51,7 @@ def call_service(
         Refused: the node refused; the text is its answer.
     """
     values = parameter_values(command, words)
-    with _asking(namespace, name, wait) as (caller, node):
+    with _calling(namespace, name, wait) as (caller, node):
         from ab_sim.nodes.caller import PARAMETERS
 
         kind, request = command.request()
@@ -119,7 +119,7 @@ def set_command(options: SetOptions) -> None:
         if key.strip() in values:
             raise InputError(f"{key.strip()}: is given twice; keep one")
         values[key.strip()] = value_of(text)
-    with _asking(options.namespace, options.node, options.wait) as (caller, node):
+    with _calling(options.namespace, options.node, options.wait) as (caller, node):
         from ab_sim.nodes.caller import PARAMETERS
 
         caller.wait_for_services(node, PARAMETERS)
@@ -149,7 +149,7 @@ def get_command(options: GetOptions) -> None:
     Raises:
         InputError: an argument is invalid, or the node is not running.
     """
-    with _asking(options.namespace, options.node, options.wait) as (caller, node):
+    with _calling(options.namespace, options.node, options.wait) as (caller, node):
         from ab_sim.nodes.caller import PARAMETERS
 
         caller.wait_for_services(node, PARAMETERS)
@@ -159,7 +159,7 @@ def get_command(options: GetOptions) -> None:
 
 
 @contextlib.contextmanager
-def _asking(namespace: str, name: str, wait: float) -> Iterator[tuple["Caller", str]]:
+def _calling(namespace: str, name: str, wait: float) -> Iterator[tuple["Caller", str]]:
     """Yield a service client and the full name of the node that it calls."""
     node = _full_name(namespace, name, wait)
     from ab_sim.nodes.caller import Caller
@@ -252,6 +252,7 @@ def list_command(options: ListOptions) -> None:
 
 
 def _full_name(namespace: str, name: str, wait: float) -> str:
+    """Check ``--namespace``, ``--node`` and ``--wait``, and return the full name of the node."""
     if not _NAMESPACE.fullmatch(namespace):
         raise InputError(f"--namespace {namespace}: must be words between slashes, e.g. /left")
     if not _NAME.fullmatch(name):
@@ -264,6 +265,7 @@ def _full_name(namespace: str, name: str, wait: float) -> str:
 
 
 def _check_wait(wait: float) -> None:
+    """Refuse a time of ``--wait`` [s] that is not positive and finite."""
     if not 0.0 < wait < math.inf:
         raise InputError(f"--wait {wait:g}: must be more than 0 s and finite")
 

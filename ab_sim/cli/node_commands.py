@@ -13,6 +13,7 @@ from ab_sim.base.numbers import number_in, whole_number_in
 from ab_sim.cli.declare import Heading, parameter, set_signature
 
 DRIVE, CONTROLLER = "drive_sim", "profile_controller"
+"""Default names of the nodes."""
 
 
 def _number(text: str) -> float:
@@ -35,11 +36,13 @@ def _file(text: str) -> str:
 
 
 def _scene(text: str) -> str:
+    """Return a scene's name unchanged, and a file as an absolute path."""
     path = Path(text)
     return _file(text) if path.suffix in (".yaml", ".yml") or len(path.parts) > 1 else text
 
 
 def _trigger() -> tuple[Any, Any]:
+    """Return type and request of a Trigger service."""
     from std_srvs.srv import Trigger
 
     from ab_msgs_py.services import trigger_request
@@ -48,6 +51,7 @@ def _trigger() -> tuple[Any, Any]:
 
 
 def _switch(on: bool) -> tuple[Any, Any]:
+    """Return type and request of a SetBool service."""
     from std_srvs.srv import SetBool
 
     from ab_msgs_py.services import switch_request
@@ -64,22 +68,26 @@ def _off() -> tuple[Any, Any]:
 
 
 def _transition(label: str) -> Callable[[], tuple[Any, Any]]:
-    def made() -> tuple[Any, Any]:
+    """Return a function that returns type and request of a lifecycle transition."""
+
+    def request() -> tuple[Any, Any]:
         from lifecycle_msgs.msg import Transition
         from lifecycle_msgs.srv import ChangeState
 
         return ChangeState, ChangeState.Request(transition=Transition(label=label))
 
-    return made
+    return request
 
 
 class ServiceArgument(NamedTuple):
     """Argument of a command; it is set as a parameter of the node before the call."""
 
     parameter: str
+    """Name of the node's parameter."""
     metavar: str
     meaning: str
     read: Callable[[str], Any] = str
+    """Function that converts a word to the parameter's value."""
     default: Any = ...
     """Default value; `...`: required, None: the parameter is left unchanged."""
     many: bool = False
@@ -93,6 +101,7 @@ class ServiceCommand(NamedTuple):
     """Name of the command; with underscores, it is also the default name of the service."""
     meaning: str
     node: str = DRIVE
+    """Default name of the node."""
     arguments: tuple[ServiceArgument, ...] = ()
     service: str = ""
     """Name of the service, if it differs from the command's; empty otherwise."""
@@ -246,6 +255,8 @@ Wait = Annotated[
 
 
 def _add(service: ServiceCommand) -> None:
+    """Add the command of a service to `ab-sim node`."""
+
     def command(namespace: str, node: str, wait: float, **words: Any) -> None:
         importlib.import_module(_WORK).call_service(service, words, namespace, node, wait)
 
@@ -260,6 +271,7 @@ def _add(service: ServiceCommand) -> None:
 
 
 def _argument(argument: ServiceArgument) -> Parameter:
+    """Return typer's parameter for an argument of a service."""
     kind: Any = list[str] if argument.many else str
     info = Argument(metavar=argument.metavar, help=argument.meaning, show_default=False)
     if argument.default is ...:

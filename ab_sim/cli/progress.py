@@ -14,8 +14,8 @@ from ab_sim.cli.outputs import people
 
 EVERY = 10.0
 """Time between two lines [s]."""
-A_MOMENT = 0.3
-"""Time within which a signal is handled [s]."""
+SIGNAL_DELAY = 0.3
+"""Longest time from a signal to its handling [s]."""
 
 
 @contextmanager
@@ -53,18 +53,18 @@ def _lines(name: str) -> Iterator[Progress]:
     def update(what: str, done: int, total: int) -> None:
         newest[:] = [(what, done, total)]
 
-    def speak() -> None:
+    def print_lines() -> None:
         while not ended.wait(EVERY):
             for what, done, total in newest:
                 people.print(f"{name}: {what}, {done} of {total}")
 
-    speaking = threading.Thread(target=speak, daemon=True)
-    speaking.start()
+    printing = threading.Thread(target=print_lines, daemon=True)
+    printing.start()
     try:
         yield update
     finally:
         ended.set()
-        speaking.join()
+        printing.join()
 
 
 @contextmanager
@@ -87,6 +87,6 @@ def interruptible(name: str, kept_files: str) -> Iterator[Progress]:
         except AbSimError as error:
             # Ctrl-C also ends the worker processes. Their exit may be noticed before the signal,
             # which a separate thread handles; it would be reported as an error.
-            if stopping.wait(A_MOMENT):
+            if stopping.wait(SIGNAL_DELAY):
                 raise Interrupted(f"interrupted; {kept_files}") from error
             raise

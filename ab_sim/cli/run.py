@@ -52,8 +52,8 @@ def run_command(options: RunOptions) -> Command:
 
         result = run_scene(scene, times, update, tell=tell)
         comparison = compare_run(result, update)
-        beside = comparison.report(result.metrics, result.scene.rotor.eccentricity)
-        report = {**result.report(), **beside}
+        compared = comparison.report(result.metrics, result.scene.rotor.eccentricity)
+        report = {**result.report(), **compared}
 
         def record(file: Path) -> None:
             from ab_sim.api.runs import save_recording
@@ -182,6 +182,7 @@ def metrics_table(
 
 
 def _display(scene: Scene, units: Mapping[str, ShownUnit]) -> Display:
+    """Return the units of a table: lengths in eccentricities, unless a unit was requested."""
     e = scene.rotor.eccentricity
     if "m" in units or e == 0:
         unit = units.get("m", ShownUnit("mm", 1e3))
@@ -196,12 +197,14 @@ def _rows() -> list[tuple[Metric[Any], Row]]:
 
 
 def _shown(row: Row, scene: Scene, cells: Sequence[str]) -> bool:
+    """Return whether a row applies to the scene, or has a value that says something."""
     if row.applies is not None:
         return row.applies(scene)
     return row.says(cells)
 
 
 def _notes(row: Row, cells: Sequence[str]) -> Iterator[str]:
+    """Yield the notes of a row for the caption."""
     if row.note:
         yield row.note
     if row.caution and row.says(cells):
@@ -209,6 +212,8 @@ def _notes(row: Row, cells: Sequence[str]) -> Iterator[str]:
 
 
 def _caption(scene: Scene) -> str:
+    """Return definitions of the values in the table, as far as they apply to the scene."""
+
     def sentences() -> Iterator[str]:
         yield (
             f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: "

@@ -23,6 +23,7 @@ from ab_sim.cli.progress import interruptible, progress_bar
 Write = Callable[[Path], list[Path] | None]
 """Function that writes a file; for a folder it returns the files in it."""
 Draw = Callable[[Path], None]
+"""Function that draws a picture into a file."""
 DOTS, FINE = 110, 120
 """Resolution of pictures, and of those with many labels [dots per inch]."""
 
@@ -34,7 +35,7 @@ class WholeLine(str):
 class Outcome(NamedTuple):
     """Result of a command's work."""
 
-    shown: Iterable[Table | str]
+    printed: Iterable[Table | str]
     """Tables and summaries, generated after all files have been written. With ``--json -`` they go
     to standard error."""
     report: Callable[[], dict[str, Any]] = dict
@@ -56,7 +57,7 @@ class Command(NamedTuple):
     """Function that does the work; its argument is a progress callback."""
     bar: str | None = None
     """Name in front of the progress bar; None: no bar."""
-    left: str | None = None
+    kept_files: str | None = None
     """Text on the files that remain after Ctrl-C; None: Ctrl-C ends the process immediately."""
     outputs: Sequence[Output] = ()
     """Files other than JSON and picture."""
@@ -93,7 +94,7 @@ class Command(NamedTuple):
                 except Exception as error:
                     failures.append(error)
         console = people if to_stdout else results
-        for item in outcome.shown:
+        for item in outcome.printed:
             console.print(item, soft_wrap=isinstance(item, WholeLine))
         if failures:
             raise failures[0]
@@ -102,9 +103,12 @@ class Command(NamedTuple):
             raise NothingFound(outcome.failure)
 
     def _progress(self) -> AbstractContextManager[Progress]:
+        """Return the context in which the work runs, which yields its progress callback."""
         if self.bar is None:
             return nullcontext(lambda *_: None)
-        return progress_bar(self.bar) if self.left is None else interruptible(self.bar, self.left)
+        if self.kept_files is None:
+            return progress_bar(self.bar)
+        return interruptible(self.bar, self.kept_files)
 
 
 def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
@@ -138,7 +142,7 @@ def picture(name: str, *results: Any, dots: int = DOTS) -> Draw:
 
 
 def scene_writer(text: Callable[[], str]) -> Write:
-    """Return a function that writes a scene's text."""
+    """Return a function that writes a scene file, whose text ``text`` returns."""
     return lambda file: write_whole(file, text().encode())
 
 

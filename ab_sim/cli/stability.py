@@ -118,13 +118,18 @@ def _command(scene: Scene, name: str, changes: Sequence[str]) -> str:
 
     It runs from many angles, or for one ball from its own start angle.
     """
-    act = ["run", name] if scene.balls.count == 1 else ["stability", name, "--basin", "12"]
-    words = [*act, *(word for change in changes for word in ("--set", change))]
+    command = ["run", name] if scene.balls.count == 1 else ["stability", name, "--basin", "12"]
+    words = [*command, *(word for change in changes for word in ("--set", change))]
     return f"{own_command()} {shlex.join(words)}"
 
 
 def _beyond_linear(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
-    """Return whether a disturbed state returns, and where friction holds it; None: not computed."""
+    """Return what the linear stability of a resting state leaves open, for the JSON.
+
+    Returns:
+        ``comes_back``: whether an undecided state returns after disturbances; ``held_by_friction``:
+        for each ball the range of angles in which friction holds it [rad]. None: not computed.
+    """
     comes_back, held = None, None
     if state.stable is None and speed:
         try:
@@ -176,12 +181,14 @@ def _places(state: RestingState) -> str:
 
 
 def _positions_text(positions: str) -> str:
+    """Return a line on the balanced positions that were compared."""
     if positions == ALL:
         return "worst and best: of all balanced positions"
     return "worst and best: of sampled positions; between them there may be worse and better ones"
 
 
 def _resting_notes(equilibria: Equilibria) -> Iterator[str]:
+    """Yield lines on the limits of the search for resting states."""
     if not equilibria.branches:
         yield "there is no resting state at this speed"
     elif not equilibria.stable:
@@ -199,6 +206,7 @@ def _resting_notes(equilibria: Equilibria) -> Iterator[str]:
 def _disturbance_notes(
     equilibria: Equilibria, disturbed: Sequence[dict[str, Any]]
 ) -> Iterator[str]:
+    """Yield lines on the results of ``_beyond_linear``, one for each state."""
     answers = {
         True: "all come back",
         False: "not all come back",
@@ -222,6 +230,7 @@ def _disturbance_notes(
 
 
 def _over_speed(over_speed: OverSpeed) -> Iterator[str]:
+    """Yield lines on folds, changes of stability, and ranges of speed without stable states."""
     yield f"over {over_speed.speeds[0]:.4g} to {over_speed.speeds[1]:.4g} rad/s:"
     for label, fold in over_speed.folds:
         verb = {"appear": "appears", "vanish": "vanishes"}[fold.kind]
@@ -237,6 +246,7 @@ def _over_speed(over_speed: OverSpeed) -> Iterator[str]:
 
 
 def _ranges(ranges: Sequence[tuple[float, float]]) -> str:
+    """Return ranges of speed [rad/s] as text."""
     text = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in ranges)
     return f"{text} rad/s" if text else "nowhere"
 
@@ -273,6 +283,7 @@ def circulation_lines(
 
 
 def _line(coexisting: Coexisting, balls: int) -> str:
+    """Return a line on a bunch of circulating balls, with its ranges of speed and drag."""
     reach = []
     if coexisting.over_speed is not None:
         reach.append(_range(coexisting.over_speed, "rad/s", "at spindle speeds"))
@@ -283,7 +294,13 @@ def _line(coexisting: Coexisting, balls: int) -> str:
 
 
 def _range(reach: Reach, unit: str, what: str) -> str:
-    """Return a range in words; ends of the known or searched range are marked as such."""
+    """Return the range in which a bunch circulates, in words.
+
+    Args:
+        reach: range, and the reason for each of its ends.
+        unit: unit of its values.
+        what: quantity, at the beginning of the text. An end of the searched range is omitted.
+    """
     low = "" if reach.low_end == END else f" from {reach.low:.4g}"
     high = "" if reach.high_end == END else f" to {reach.high:.4g}"
     unknown = [
@@ -416,6 +433,7 @@ def circulation_line(stable_map: StabilityMap) -> str:
 
 
 def _of_which(stable_map: StabilityMap) -> str | None:
+    """Return the caption of a map: the positions from which its verdicts were computed."""
     return None if stable_map.balanced_positions is None else BASIS[stable_map.balanced_positions]
 
 

@@ -68,10 +68,12 @@ def modes_table(vibration: NaturalVibration) -> Table:
 
 
 def _whirl(mode: Mode) -> str:
+    """Return the direction of a mode's whirl as text."""
     return mode.sense or ("back and forth" if mode.damped_frequency > 0.0 else "no oscillation")
 
 
 def _damping(mode: Mode, rounding: float) -> str:
+    """Return the damping ratio or the growth rate of a mode; growth below ``rounding`` is none."""
     if mode.growth > rounding:
         return f"grows, {mode.growth:.3g} 1/s"
     return "nothing restores it" if mode.damping_ratio is None else f"{mode.damping_ratio:.4f}"
@@ -132,6 +134,7 @@ def floquet_command(options: FloquetOptions) -> Command:
 def _follow(
     stabilities: list[Stability], start: str, key: str, case: Case, values: np.ndarray
 ) -> Followed:
+    """Follow a periodic motion over a key, beginning from where the first one was found."""
     first = stabilities[0].found_from if stabilities else ""
     starts = [start] if start else sorted(STARTS, key=lambda name: name != first)
     with progress_bar("floquet") as tell:
@@ -192,15 +195,16 @@ def solutions_table(scene: Scene, speed: float, stabilities: list[Stability]) ->
     for name in ("found from", "verdict", "largest", "whirl", "ball angles [deg]", "residual"):
         table.add_column(name, overflow="fold")
     e, unit = scene.whirl_unit
-    for one in stabilities:
-        low, high = (whirl / e for whirl in one.whirl)
+    for stability in stabilities:
+        low, high = (whirl / e for whirl in stability.whirl)
+        angles = [f"{math.degrees(in_one_turn(angle)):.2f}" for angle in stability.angles]
         table.add_row(
-            one.found_from,
-            one.verdict,
-            f"{one.largest:.9g}",
-            "deck at rest" if one.balanced else f"{low:.4g} to {high:.4g} {unit}",
-            ", ".join(f"{math.degrees(in_one_turn(angle)):.2f}" for angle in one.angles) or "-",
-            f"{one.orbit.residual:.1e}",
+            stability.found_from,
+            stability.verdict,
+            f"{stability.largest:.9g}",
+            "deck at rest" if stability.balanced else f"{low:.4g} to {high:.4g} {unit}",
+            ", ".join(angles) or "-",
+            f"{stability.orbit.residual:.1e}",
         )
     table.caption = NOTATION
     if not stabilities:
@@ -243,6 +247,7 @@ def _notes(scene: Scene, stabilities: list[Stability]) -> Iterator[str]:
 
 
 def _borders(followed: Followed) -> Iterator[str]:
+    """Yield lines on the borders of stability over the followed parameter."""
     missing = [point.value for point in followed.points if point.found is None]
     if missing:
         yield (

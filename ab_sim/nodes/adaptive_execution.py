@@ -1,4 +1,4 @@
-"""Adaptive start-up by ``ab_sim.control`` from samples of topics; no ROS."""
+"""Adaptive start-up of ``ab_sim.control``, fed with samples from topics; needs no ROS."""
 
 import math
 from collections import deque
@@ -63,12 +63,12 @@ class PairedSamples:
     readings are dropped.
 
     Args:
-        hand_on: function that is called with time [s], angle [rad], speed [rad/s], and the two
+        forward: function that is called with time [s], angle [rad], speed [rad/s], and the two
             values of the reading.
     """
 
-    def __init__(self, hand_on: Callable[[float, float, float, float, float], None]) -> None:
-        self._hand_on = hand_on
+    def __init__(self, forward: Callable[[float, float, float, float, float], None]) -> None:
+        self._forward = forward
         self._waiting: deque[Reading] = deque(maxlen=MOST_WAITING)
         self._before: SpindleSample | None = None
         self._last: SpindleSample | None = None
@@ -126,6 +126,7 @@ class PairedSamples:
         self.unpaired = whole(state["unpaired"], 0)
 
     def _pair(self, reading: Reading) -> None:
+        """Pass a reading on with the spindle's motion at its time, or count it as unpaired."""
         before, last, time = self._before, self._last, reading.time
         if last is not None and time == last.time:
             at = last.angle, last.speed
@@ -137,11 +138,11 @@ class PairedSamples:
         else:
             self.unpaired += 1
             return
-        self._hand_on(time * 1e-9, *at, reading.first, reading.second)
+        self._forward(time * 1e-9, *at, reading.first, reading.second)
 
 
-SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
-"""States with which the controller's own status text begins."""
+NAMED_TWICE = State.DONE, State.ABORTING, State.ABORTED
+"""States whose name the profile controller's status already begins with."""
 
 SPINDLE_SILENT = f"{topics.JOINT_STATES.name} is silent, the vibration sensor is not"
 
@@ -159,17 +160,17 @@ class AdaptiveExecution:
         self.segment = 0, 0
         self._start_up = StartUp(settings)
         self._samples = PairedSamples(self._start_up.sample)
-        self._said, self._text = 0, self._start_up.words
+        self._reported, self._text = 0, self._start_up.words
 
     @property
     def words(self) -> str:
         """Present action, as text; see ``ProfileExecution``."""
         state, text = self._start_up.state, self._text
-        return text.removeprefix(f"{state.text}: ") if state in SAID_TWICE else text
+        return text.removeprefix(f"{state.text}: ") if state in NAMED_TWICE else text
 
     @property
     def ended(self) -> bool:
-        """True if the final speed is held; see ``ProfileExecution``."""
+        """True if the final speed is held, balanced or not; see ``ProfileExecution``."""
         return self._start_up.state in (State.DONE, State.GAVE_UP)
 
     @property
@@ -226,11 +227,14 @@ class AdaptiveExecution:
         self._samples.reading(reading)
 
     def command(self, now: float) -> float | None:
-        """Return the speed to command [rad/s]; None before the first sample."""
+        """Return the speed to command at a time [s] by the caller's clock [rad/s]; None at first.
+
+        Before the first sample there is no speed to command.
+        """
         speed = self._start_up.command(now)
         # The text of a decision is kept: its estimates change later, and would be reported again.
-        if self._start_up.decision.number != self._said:
-            self._said, self._text = self._start_up.decision
+        if self._start_up.decision.number != self._reported:
+            self._reported, self._text = self._start_up.decision
         return None if self._start_up.state is State.WAITING else speed
 
     def state(self) -> dict[str, Any]:
@@ -245,7 +249,7 @@ class AdaptiveExecution:
         """Restore a state; see ``ProfileExecution``."""
         self._start_up.restore(tuple(float(number) for number in state["numbers"]))
         self._samples.restore(state["samples"])
-        self._said, self._text = self._start_up.decision.number, str(state["text"])
+        self._reported, self._text = self._start_up.decision.number, str(state["text"])
 
 
 def _text(number: float) -> str:

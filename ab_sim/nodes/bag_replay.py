@@ -29,7 +29,7 @@ DISCOVERY = 1.0
 """Time before the first message for the discovery of subscribers [s]."""
 GLANCE = 0.05
 """Time between two checks for a pause or a stop [s]."""
-LAST_WORDS = 5.0
+ACKNOWLEDGED = 5.0
 """Longest time for subscribers to acknowledge the last messages [s]."""
 
 
@@ -104,7 +104,7 @@ class BagReplay(BaseNode):
             if (seconds := (stamp - begin) // 10**9) != last_update:
                 progress(seconds, -((begin - end) // 10**9))
                 last_update = seconds
-        until = time.monotonic() + LAST_WORDS
+        until = time.monotonic() + ACKNOWLEDGED
         for publisher in self._topics.values():
             remaining = Duration(seconds=max(until - time.monotonic(), 0.0))
             publisher.wait_for_all_acked(remaining)
@@ -126,6 +126,10 @@ class BagReplay(BaseNode):
                 return paused
 
     def _publish_descriptions(self) -> dict[str, bytes]:
+        """Publish the first description of each drive; return them by topic, serialised.
+
+        Recorders need the description before the first samples.
+        """
         published = {}
         for name, publisher in self._topics.items():
             if name.endswith(f"/{topics.DESCRIPTION.name}"):
@@ -136,6 +140,7 @@ class BagReplay(BaseNode):
         return published
 
     def _refuse_other_publishers(self) -> None:
+        """Refuse to replay while a simulator publishes the same clock: time would jump."""
         for name in self._topics:
             if name.endswith("/clock") and self.count_publishers(name) > 1:
                 raise InputError(

@@ -57,22 +57,28 @@ class BaseNode(Node):
         """Return the node's logger, which makes control characters in messages visible."""
         return _Logger(super().get_logger().name)
 
-    def offer(self, service: str, act: Callable[[], Answer]) -> Service[Any, Any]:
-        """Advertise a Trigger service that calls ``act``; an AbSimError becomes its refusal."""
-        return serve_trigger(self, service, _answered(act))
+    def offer(self, service: str, work: Callable[[], Answer]) -> Service[Any, Any]:
+        """Advertise a Trigger service.
 
-    def offer_switch(self, service: str, act: Callable[[bool], Answer]) -> None:
-        """Advertise a SetBool service that calls ``act``; an AbSimError becomes its refusal."""
-        serve_switch(self, service, _answered(act))
+        Args:
+            service: name of the service.
+            work: function that does the work, and returns success and message. If it raises an
+                AbSimError, the service refuses with its message.
+        """
+        return serve_trigger(self, service, _answered(work))
+
+    def offer_switch(self, service: str, work: Callable[[bool], Answer]) -> None:
+        """Advertise a SetBool service; ``work`` gets its value, otherwise as in ``offer``."""
+        serve_switch(self, service, _answered(work))
 
 
-def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
-    """Return ``act`` with AbSimErrors turned to refusals, so that they do not end the node."""
+def _answered(work: Callable[..., Answer]) -> Callable[..., Answer]:
+    """Return ``work`` with AbSimErrors turned to refusals, so that they do not end the node."""
 
-    @functools.wraps(act)
+    @functools.wraps(work)
     def answer(*values: bool) -> Answer:
         try:
-            return act(*values)
+            return work(*values)
         except AbSimError as error:
             return False, str(error)
 
@@ -101,7 +107,10 @@ Say = Callable[[str], Any]
 
 
 class ManagedNode(BaseNode, LifecycleNode):
-    """Base class; subclasses implement ``configure``, ``activate``, ``deactivate`` and ``cleanup``.
+    """Lifecycle node whose main loop, not the executor, serves the transitions.
+
+    Subclasses implement ``configure``, ``activate``, ``deactivate`` and ``cleanup``. The main loop
+    serves transitions because they may take long, and because they change what the loop uses.
 
     An AbSimError refuses the transition and is logged; any other exception ends the node.
 
@@ -195,20 +204,20 @@ class ManagedNode(BaseNode, LifecycleNode):
         elif self._failure is not None:
             self._raise()
 
-    def run_in_thread(self, act: Callable[[Say], Result], doing: str) -> Result:
+    def run_in_thread(self, work: Callable[[Say], Result], doing: str) -> Result:
         """Run long work in a separate thread, and serve requests until it is done.
 
         Args:
-            act: function that does the work. Its argument is a function that queues a text for the
-                log; the main loop logs it, because ROS may be shut down before ``act`` returns.
+            work: function that does the work. Its argument is a function that queues a text for the
+                log; the main loop logs it, because ROS may be shut down before ``work`` returns.
             doing: name of the work, for the log.
 
         Raises:
-            Interrupted: the node is to exit; ``act`` is abandoned.
-            Exception: any exception of ``act``.
+            Interrupted: the node is to exit; ``work`` is abandoned.
+            Exception: any exception of ``work``.
         """
         messages: SimpleQueue[str] = SimpleQueue()
-        future = _in_a_thread(lambda: act(messages.put))
+        future = _in_a_thread(lambda: work(messages.put))
         began = logged = time.monotonic()
         while not wait([future], timeout=GLANCE).done:
             if self.stopping.is_set():
@@ -221,25 +230,28 @@ class ManagedNode(BaseNode, LifecycleNode):
             self.answer()
         return future.result()
 
-    def run_unless_shut_down(self, act: Callable[[], Result]) -> Result:
+    def run_unless_shut_down(self, work: Callable[[], Result]) -> Result:
         """Run long work of a callback in a separate thread, and wait for its end.
 
         A callback that does not return would keep the node from exiting and from leaving the graph.
 
         Raises:
-            Interrupted: the node is to exit; ``act`` is abandoned.
-            Exception: any exception of ``act``.
+            Interrupted: the node is to exit; ``work`` is abandoned.
+            Exception: any exception of ``work``.
         """
-        future = _in_a_thread(act)
+        future = _in_a_thread(work)
         while not wait([future], timeout=GLANCE).done:
             if self.stopping.is_set():
                 raise Interrupted("interrupted")
         return future.result()
 
-    def _done(self, act: Callable[[], None]) -> TransitionCallbackReturn:
-        """Perform a transition, and keep its exception for the main loop: rclpy would drop it."""
+    def _done(self, work: Callable[[], None]) -> TransitionCallbackReturn:
+        """Perform a transition, and return its result for rclpy.
+
+        An exception is kept for the main loop (``answer``), because rclpy would drop it.
+        """
         try:
-            act()
+            work()
         except Exception as error:
             self._failure = error
             refused = isinstance(error, AbSimError)
@@ -247,20 +259,25 @@ class ManagedNode(BaseNode, LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def _raise(self) -> NoReturn:
+        """Raise the exception of the last transition."""
         assert self._failure is not None
         raise self._failure
 
 
-def _in_a_thread(act: Callable[[], Result]) -> Future[Result]:
+def _in_a_thread(work: Callable[[], Result]) -> Future[Result]:
+    """Call a function in a new thread, and return the future of its result.
+
+    The thread is a daemon: unlike those of a ThreadPoolExecutor, it does not delay the exit.
+    """
     future: Future[Result] = Future()
 
-    def work() -> None:
+    def run() -> None:
         try:
-            future.set_result(act())
+            future.set_result(work())
         except BaseException as error:
             future.set_exception(error)
 
-    threading.Thread(target=work, name="aside", daemon=True).start()
+    threading.Thread(target=run, name="aside", daemon=True).start()
     return future
 
 

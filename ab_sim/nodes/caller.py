@@ -37,6 +37,7 @@ PARAMETERS = {
     "get_parameters": GetParameters,
     "set_parameters_atomically": SetParametersAtomically,
 }
+"""Types of the services for parameters, by name."""
 
 
 class Caller:
@@ -230,19 +231,22 @@ class Caller:
         return f"there is no node at all on ROS_DOMAIN_ID {domain}, {DISCOVERY_RANGE} {reach}"
 
     def _not_offered_text(self, node: str, service: str) -> str:
+        """Return the error for a service that a node does not offer, with what is available."""
         nodes = self.nodes()
         text = f"no node offers {node}/{service} (waited {self._timeout:g} s); "
         if not nodes:
             return text + f"{self.no_nodes_text}: is it running?"
         if node in nodes:
             return text + f"{node} is running, and offers " + ", ".join(_specific(nodes[node]))
-        asked = service in PARAMETERS
-        able = [name for name, offers in nodes.items() if service in offers and not asked]
+        # Every node has the services for parameters, so that naming those nodes would not help.
+        is_common = service in PARAMETERS
+        able = [name for name, offers in nodes.items() if service in offers and not is_common]
         if able:
             return text + f"{', '.join(able)} offers it: choose with --namespace and --node"
         return text + f"found {', '.join(nodes)}; choose one with --namespace and --node"
 
     def _until(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Process messages until a condition is true; return whether it is in time [s]."""
         end = time.monotonic() + seconds
         while not condition():
             if self._stopping.is_set():
@@ -262,10 +266,16 @@ def _specific(services: Iterable[str]) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
+    """Return a parameter's value with Python's list for arrays."""
     return value if isinstance(value, (bool, int, float, str, type(None))) else list(value)
 
 
 def _message(name: str, value: Any) -> Any:
+    """Return the message that sets a parameter.
+
+    Raises:
+        InputError: ROS has no parameter type for the value.
+    """
     try:
         message = Parameter(name, value=value).to_parameter_msg()
     except Exception as error:
@@ -277,6 +287,7 @@ def _message(name: str, value: Any) -> Any:
 
 
 COUNTS = ("commands accepted", "commands rejected", "commands ignored")
+"""Counts in a drive's diagnostics, by which the reaction to a command is recognised."""
 ROUNDED = 1.0 + 1e-5
 """Factor on the speed limit, because diagnostics report it with six digits only; up to the enlarged
 limit the drive decides."""
@@ -367,6 +378,7 @@ class SpeedCaller(Caller):
         return AcceptedSpeed(standing_at, _limits(health), health)
 
     def _no_drive_text(self, node: str, healths: list[Health]) -> str:
+        """Return the error for a node that has not reported as a drive."""
         if healths:
             return f"{node} accepts no commands; its message is: {healths[-1].message}"
         nodes = self.nodes()
@@ -383,6 +395,7 @@ def _counts(health: Health) -> tuple[int, ...]:
 
 
 def _limits(health: Health) -> SpeedServo:
+    """Return the limits of commands from a drive's diagnostics."""
     speed, acceleration = (
         float(health.values[key]) for key in ("speed limit [rad/s]", "acceleration limit [rad/s^2]")
     )

@@ -141,7 +141,12 @@ class CommandPath:
         return self.accepted + self.rejected + self.ignored
 
     def lead(self, scene_limits: SpeedServo, step: float) -> None:
-        """Reset the path for another drive; an emergency stop remains in force."""
+        """Reset the path for another drive; an emergency stop remains in force.
+
+        Args:
+            scene_limits: limits of the drive's spindle.
+            step: integration step of the drive [s].
+        """
         stopped = self.stopped
         self._scene_limits, self._step = scene_limits, step
         self._step_ns = round(step * 1e9)
@@ -264,7 +269,11 @@ class CommandPath:
         self.trajectory_news.append(TrajectoryAnswer(start, refusal))
 
     def _due(self, now: int) -> int:
-        """Return the step at which a command received at a step leaves the bus."""
+        """Return the step at which a command leaves the bus.
+
+        Args:
+            now: step at which the command was received.
+        """
         rules, before = self.rules, self._bus[-1].due if self._bus else now
         late = rules.delay
         if rules.jitter:
@@ -444,6 +453,7 @@ class CommandPath:
         )
 
     def _draw(self) -> float:
+        """Return the next random number in [0, 1) of the bus jitter."""
         self._draws += 1
         return self._random.random()
 
@@ -460,6 +470,7 @@ class CommandPath:
         return last + max(1, math.ceil(self.rules.age_limit / self._step - 1e-9))
 
     def _present_order(self) -> SpeedOrder | None:
+        """Return the order for the present target, limits and state; None without a target."""
         if self._target is None:
             return None
         most, limits = self._scene_limits.max_acceleration, self.limits
@@ -481,10 +492,12 @@ def _values(wanted: float | TimedSpeeds) -> Any:
 
 
 def _wanted(values: Any) -> float | TimedSpeeds:
+    """Return the command of ``_values``; raise a ValueError for an invalid number."""
     return _timed(values) if isinstance(values, list) else finite(values)
 
 
 def _timed(values: Any) -> TimedSpeeds:
+    """Return the trajectory of ``_values``; raise a ValueError for an invalid one."""
     start, ramps, final_speed, (ahead, first) = values
     commands = [
         (finite(duration), Ramp(finite(begin), finite(slope))) for duration, begin, slope in ramps

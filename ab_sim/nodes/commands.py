@@ -42,7 +42,7 @@ class CommandSources(NamedTuple):
 
     @staticmethod
     def of(
-        endpoints: Sequence[Endpoint], heard: Collection[bytes], lately: set[bytes]
+        endpoints: Sequence[Endpoint], senders: Collection[bytes], recent: set[bytes]
     ) -> CommandSources:
         """Count the sources among publishers, by the messages received from them.
 
@@ -52,13 +52,13 @@ class CommandSources(NamedTuple):
 
         Args:
             endpoints: all publishers that DDS lists.
-            heard: identifiers of the publishers that have sent a message at any time.
-            lately: identifiers of the publishers that have recently sent a message.
+            senders: identifiers of the publishers that have sent a message at any time.
+            recent: identifiers of the publishers that have recently sent a message.
         """
         talking = {
             (endpoint.node, endpoint.gid[:PARTICIPANT])
             for endpoint in endpoints
-            if endpoint.gid in lately
+            if endpoint.gid in recent
         }
         names = {node for node, _ in talking}
         publishers = Counter[tuple[str, bytes, str]]()
@@ -67,7 +67,7 @@ class CommandSources(NamedTuple):
             talks = (node, gid[:PARTICIPANT]) in talking
             if talks or node not in names:
                 publishers[node, gid[:PARTICIPANT], topic] += 1
-            dead += not talks and (node in names or gid in heard)
+            dead += not talks and (node in names or gid in senders)
         counts = dict[tuple[str, bytes], int]()
         for (node, participant, _), count in publishers.items():
             source = node, participant
@@ -87,6 +87,7 @@ LATELY = 2.0
 MOST_REFUSALS = 20
 """Largest number of different reasons of refused joint commands that are logged."""
 TOPICS = (topics.COMMAND, topics.TRAJECTORY, topics.JOINT_COMMAND)
+"""Topics of commands."""
 NAMELESS = "_NODE_NAME_UNKNOWN_"
 """Node name that rmw reports for a publisher until its node has been discovered."""
 
@@ -98,7 +99,7 @@ WATCHDOG_TEXTS = {
 
 
 def unused_callback(message: Any) -> None:
-    """Do nothing; marks a subscription that is read at wake-ups, and not by the executor."""
+    """Do nothing: the callback of subscriptions that are read at wake-ups, not by the executor."""
 
 
 class PendingCommands:
@@ -125,7 +126,7 @@ class PendingCommands:
         self._sources = CommandSources()
         self._awake, self._taken = 0, time.monotonic_ns()
         """Total time by the steady clock without pauses, and the last reading of the clock [ns]."""
-        self._heard: dict[bytes, int] = {}
+        self._last_command: dict[bytes, int] = {}
         """Value of ``_awake`` at the last command of each publisher."""
         self._renewed = False
         """True if the last command came from ros2_control, which does not repeat commands."""
@@ -149,7 +150,7 @@ class PendingCommands:
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._subscriptions, self._publishers, self._sources = (), [], CommandSources()
-        self._heard.clear()
+        self._last_command.clear()
         self._renewed = False
         self._wrong_type.clear()
         self._nameless.clear()
@@ -179,16 +180,25 @@ class PendingCommands:
         before, self._steady = self._steady, steady - time.time_ns()
         unknown = standing or abs(self._steady - before) > CLOCK_SET
         for topic, message, received, sender in arrivals:
-            self._heard[sender] = self._awake
+            self._last_command[sender] = self._awake
             stamp = 0 if unknown else received + self._steady
             self._pass_on(topic, message, now, stamp)
         if self._renewed and self._publishers[-1:] != [0]:
             self._path.renew(now)
 
     def _read(self) -> Iterator[tuple[Topic, Subscription[Any]]]:
+        """Return the topics with their subscriptions."""
         return zip(TOPICS, self._subscriptions, strict=True)
 
     def _pass_on(self, topic: Topic, message: Any, now: int, stamp: int) -> None:
+        """Pass a message to the command path, or count and log it if it is malformed.
+
+        Args:
+            topic: topic of the message.
+            message: received message.
+            now: present step.
+            stamp: receive time by the steady clock [ns]; 0: unknown.
+        """
         if topic is topics.TRAJECTORY:
             self._renewed = False
             try:
@@ -272,6 +282,7 @@ class PendingCommands:
         return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic.name))
 
     def _count_sources(self) -> CommandSources:
+        """Count the sources of commands in the ROS graph, and forget publishers that have left."""
         endpoints = [
             Endpoint(
                 topic.name,
@@ -283,10 +294,12 @@ class PendingCommands:
             if info.topic_type == topic.type_name
         ]
         present = {endpoint.gid for endpoint in endpoints}
-        self._heard = {gid: time for gid, time in self._heard.items() if gid in present}
+        self._last_command = {
+            gid: time for gid, time in self._last_command.items() if gid in present
+        }
         since = self._awake - round(LATELY * 1e9)
         return CommandSources.of(
-            endpoints, self._heard, {g for g, t in self._heard.items() if t >= since}
+            endpoints, self._last_command, {g for g, t in self._last_command.items() if t >= since}
         )
 
     def warnings(self) -> list[str]:

@@ -75,6 +75,7 @@ def prepare() -> None:
 # + PER_DOMAIN domain + FIRST + PER_PARTICIPANT participant.
 BASE, PER_DOMAIN, FIRST, PER_PARTICIPANT = 7400, 250, 10, 2
 SOCKETS = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
+"""Socket tables of the system."""
 MEMORY = Path("/dev/shm")
 """Folder of the files of shared memory."""
 FILLED = 2.0
@@ -152,10 +153,12 @@ def _stays_empty(file: Path) -> bool:
 
 
 def _domain() -> int:
+    """Return the DDS domain of this process."""
     return int(os.environ.get("ROS_DOMAIN_ID") or 0)
 
 
 def _name(user: int) -> str:
+    """Return a user's name for messages; without a name, the user id."""
     try:
         return f"user {pwd.getpwuid(user).pw_name}"
     except KeyError:

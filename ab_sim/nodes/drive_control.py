@@ -36,7 +36,7 @@ class DriveControl:
         stop = node.offer(services.EMERGENCY_STOP, self.emergency_stop)
         node.by_loop.append(stop)
         node.offer_switch(services.PAUSE, self.pause)
-        for name, act in (
+        for name, work in (
             (services.STEP, self.step),
             (services.RESET, self.reset),
             (services.RESET_TIME, self.reset_time),
@@ -49,7 +49,7 @@ class DriveControl:
             (services.RESTORE_SNAPSHOT, self.restore_snapshot),
             (services.RESET_EMERGENCY_STOP, self.reset_emergency_stop),
         ):
-            node.offer(name, act)
+            node.offer(name, work)
 
     def pause(self, pause: bool) -> Answer:
         """Pause or resume simulated time."""
@@ -116,11 +116,11 @@ class DriveControl:
         """Load the scene that the parameters name, at t = 0, and pause there if ``stopped``."""
         node, values = self._node, self._node.settings.values
         with node.active() as session:
-            asked = session
+            expected = session
         prepared = self._prepare(node.scene_of(values))
-        with node.active(asked) as session:
+        with node.active(expected) as session:
             session.step_before_pause()
-            _last_words(session)
+            _publish_last(session)
             session.path.lead(prepared.drive.servo, prepared.drive.step)
             session.trouble = ""
             if stopped:
@@ -135,13 +135,13 @@ class DriveControl:
         node, values = self._node, self._node.settings.values
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
-            asked, before = sound(session), session.now
+            expected, before = sound(session), session.now
             if eccentricity < 0.0:
                 return False, "the parameter disc_eccentricity was never set: set it first [m]"
             scene, moved = with_disc(before.scene, eccentricity, angle)
         share = node.settings.values["error_checks"]
         prepared = node.run_unless_shut_down(lambda: before.altered(scene, (), share))
-        with node.active(asked) as session:
+        with node.active(expected) as session:
             _leave(session)
             if session.trouble:
                 return False, f"{session.trouble}; reset first"
@@ -176,7 +176,7 @@ class DriveControl:
         """Restore the state in the file of the parameter `snapshot`."""
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as session:
-            asked, scene = sound(session), session.now.scene
+            expected, scene = sound(session), session.now.scene
         kept, commands = read_snapshot(path, scene, CommandPath.__module__)
 
         def leap(session: Session) -> None:
@@ -187,7 +187,7 @@ class DriveControl:
             session.path.restore(commands)  # raises for an invalid state, before anything changes
             session.commanded.restore(kept)
 
-        return self.leap(leap, f"restored {path}", asked)
+        return self.leap(leap, f"restored {path}", expected)
 
     def emergency_stop(self) -> Answer:
         """Decelerate to standstill as fast as the spindle can, and ignore commands."""
@@ -221,20 +221,26 @@ class DriveControl:
         return True, "the next command is followed"
 
     def _prepare(self, scene: Scene) -> PreparedDrive:
+        """Prepare the drive of a scene in another thread, so that the node can still exit."""
         node = self._node
         values, say = node.settings.values, node.get_logger().info
         return node.run_unless_shut_down(lambda: node.prepare(scene, values, say))
 
     def _break(self, faults: tuple[Fault, ...]) -> Answer:
+        """Replace all faults of the drive.
+
+        Another drive with the faults is prepared without the node's lock, because compiling takes
+        long; meanwhile the present drive continues. It is replaced under the lock, from its state.
+        """
         with self._node.active() as session:
-            asked, before = session, session.now
+            expected, before = session, session.now
             if faults == before.drive.faults:
                 return True, f"faults in force already: {session.fault_publisher.words}"
         share = self._node.settings.values["error_checks"]
         prepared = self._node.run_unless_shut_down(
             lambda: before.altered(before.scene, faults, share)
         )
-        with self._node.active(asked) as session:
+        with self._node.active(expected) as session:
             _leave(session)
             if session.trouble:
                 return False, f"{session.trouble}; reset first"
@@ -244,7 +250,7 @@ class DriveControl:
             return True, f"faults in force: {session.fault_publisher.words}"
 
     def _wait_for(self, commands: int) -> str:
-        """Wait until a number of commands have arrived since the last request.
+        """Wait until a number of commands have arrived since the last request of ~/step.
 
         Before its last point, a trajectory counts as enough commands.
 
@@ -266,16 +272,16 @@ class DriveControl:
             time.sleep(2e-4)
 
     def leap(
-        self, leap: Callable[[Session], None], text: str, asked: Session | None = None
+        self, leap: Callable[[Session], None], text: str, expected: Session | None = None
     ) -> Answer:
         """Change the state or time of a session, and continue from there.
 
         Args:
             leap: function that changes the session, called under the node's lock.
             text: message for the log.
-            asked: expected session; None: any.
+            expected: expected session; None: any.
         """
-        with self._node.active(asked) as session:
+        with self._node.active(expected) as session:
             _leave(session)
             leap(session)
             session.trouble = ""
@@ -302,10 +308,11 @@ def sound(session: Session) -> Session:
 def _leave(session: Session) -> None:
     """Bring the present drive up to date, and publish its last samples and diagnostics."""
     session.catch_up()
-    _last_words(session)
+    _publish_last(session)
 
 
-def _last_words(session: Session) -> None:
+def _publish_last(session: Session) -> None:
+    """Publish the samples since the last block, and diagnostics."""
     if session.now.drive.steps:
         session.flush()
     session.report()
@@ -314,4 +321,4 @@ def _last_words(session: Session) -> None:
 def _arrive(session: Session) -> None:
     """Publish the first state of the new drive."""
     session.publish()
-    session.go_on(time.monotonic())
+    session.restart_measurement(time.monotonic())

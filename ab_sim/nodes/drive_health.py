@@ -19,6 +19,7 @@ WINDOWS = (10, 60)
 ABSENT = 10.0
 """Time after which a warning that disappeared is logged again if it returns [s]."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
+"""Numbers in a warning, which do not distinguish it from earlier ones."""
 
 
 class RealTimeTolerance(NamedTuple):
@@ -74,7 +75,12 @@ class DriveHealth:
         self._factor = None
 
     def period_over(self, now: float, paused: bool) -> bool:
-        """Return whether a report is due, and if so update the real-time factor."""
+        """Return whether a report is due, and if so update the real-time factor.
+
+        Args:
+            now: present time by the steady clock [s].
+            paused: whether time is paused; the factor is then not measured.
+        """
         since, steps = self._reports[-1]
         if now - since < PERIOD:
             return False
@@ -91,10 +97,12 @@ class DriveHealth:
             return "paused"
         if not self.paced:
             return "running as fast as possible"
-        asked = self._pacer.factor
+        requested = self._pacer.factor
         if self._factor is None or self._off_pace():
             return "running"
-        return "running in real time" if asked == 1.0 else f"running at {asked:g} times real time"
+        if requested == 1.0:
+            return "running in real time"
+        return f"running at {requested:g} times real time"
 
     def warnings(self) -> list[str]:
         """Return the problems since the last call."""
@@ -110,8 +118,8 @@ class DriveHealth:
         if pacing.worst_lateness > self.tolerance.lateness:
             warnings.append(f"a wake-up was {pacing.worst_lateness:.3f} s late")
         if self._off_pace():
-            asked = self._pacer.factor
-            what = "in real time" if asked == 1.0 else f"at {asked:g} times real time"
+            requested = self._pacer.factor
+            what = "in real time" if requested == 1.0 else f"at {requested:g} times real time"
             warnings.append(f"not {what}: factor {self._factor:.3f}")
         if crowded:
             warnings.append(
@@ -171,6 +179,7 @@ class DriveHealth:
         return factors
 
     def _off_pace(self) -> bool:
+        """Return whether the real-time factor deviates too much from the requested one."""
         if self._factor is None or not self.paced:
             return False
         return abs(self._factor / self._pacer.factor - 1.0) > self.tolerance.factor

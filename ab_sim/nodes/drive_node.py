@@ -52,7 +52,7 @@ class DriveNode(ManagedNode):
         self._session: Session | None = None
         self._state = Level.OK, UNCONFIGURED
         self._reported = 0.0
-        self.settings.accept_changes(self._judge, self._apply)
+        self.settings.accept_changes(self._check, self._apply)
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
@@ -71,12 +71,12 @@ class DriveNode(ManagedNode):
 
     @contextlib.contextmanager
     def active(
-        self, asked: Session | None = None, patience: float = threading.TIMEOUT_MAX
+        self, expected: Session | None = None, patience: float = threading.TIMEOUT_MAX
     ) -> Iterator[Session]:
         """Yield the session, under the node's lock.
 
         Args:
-            asked: expected session; None: any.
+            expected: expected session; None: any.
             patience: longest time to wait for the lock [s].
 
         Raises:
@@ -93,7 +93,7 @@ class DriveNode(ManagedNode):
                 )
                 name = self.get_fully_qualified_name()
                 raise CommandError(f"{state}; `ros2 lifecycle set {name} {transition}`")
-            if asked not in (None, session):
+            if expected not in (None, session):
                 raise CommandError("the node was configured again meanwhile; repeat the request")
             yield session
         finally:
@@ -105,7 +105,13 @@ class DriveNode(ManagedNode):
             self._session.path.stop_wanted = True
 
     def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
-        """Prepare the drive of another scene, which may take long; the present drive continues."""
+        """Prepare the drive of another scene, which may take long; the present drive continues.
+
+        Args:
+            scene: scene to prepare.
+            values: parameters of the node.
+            say: function that logs a text on long work.
+        """
         tolerance = tolerance_of(values)
         return PreparedDrive(scene, self._rates, values["error_checks"], tolerance, say)
 
@@ -185,7 +191,7 @@ class DriveNode(ManagedNode):
                         self._session.wake()
                 # After the wake-up, because a report is not urgent and takes half a period.
                 if prompt:
-                    self._report_now_and_then()
+                    self._report_if_due()
                 guard.end()
             guard.begin()
             with self._turn:
@@ -203,13 +209,14 @@ class DriveNode(ManagedNode):
     def answer(self) -> None:
         """Serve requests of the main loop, and publish diagnostics if they are due."""
         super().answer()
-        self._report_now_and_then()
+        self._report_if_due()
 
-    def _report_now_and_then(self) -> None:
+    def _report_if_due(self) -> None:
+        """Publish diagnostics if they are due; see ``Session.report_if_due``."""
         session, now = self._session, time.monotonic()
         if session is not None and session.active:
             with self._turn:
-                session.report_now_and_then()
+                session.report_if_due()
         elif now - self._reported >= PERIOD:
             self._reported = now
             if session is None:
@@ -219,15 +226,18 @@ class DriveNode(ManagedNode):
                     session.report(INACTIVE)
 
     def _tell(self, level: Level, text: str) -> None:
+        """Publish the state of a node without an active session, and repeat it once a second."""
         self._state, self._reported = (level, text), time.monotonic()
         # An error is not logged here, because the failing transition logs it.
         self._outputs.diagnostics.publish(level, text, logged=level is Level.ERROR)
 
     def _rest(self) -> float:
+        """Return the time until the next wake-up [s]."""
         session = self._session
         return GLANCE if session is None or not session.active else session.rest()
 
     def _stopped_after(self, rest: float, stopping: threading.Event) -> bool:
+        """Sleep for a time [s], and return whether the node is to exit."""
         # Waiting for the event takes twice the CPU time of sleeping, and on Python 3.10 depends on
         # the system clock, which may be set.
         end = time.monotonic() + rest
@@ -237,7 +247,8 @@ class DriveNode(ManagedNode):
         time.sleep(max(rest, 0.0))
         return stopping.is_set()
 
-    def _judge(self, values: Values) -> None:
+    def _check(self, values: Values) -> None:
+        """Refuse parameter values that the node could not use; see ``accept_changes``."""
         faults_of(values["faults"])
         held = self.settings.values
         if values["snapshot"] != held["snapshot"]:
@@ -246,6 +257,10 @@ class DriveNode(ManagedNode):
             self.scene_of(values)
 
     def _apply(self, before: Values, values: Values) -> None:
+        """Apply changed parameters to the session.
+
+        New error checks are created without the lock, because they compile code.
+        """
         session = self._session
         if session is None:
             return

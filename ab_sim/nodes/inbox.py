@@ -22,6 +22,7 @@ class Inbox:
             topic: deque(maxlen=length) for topic in topics
         }
         self.dropped = dict.fromkeys(self._queues, 0)
+        """Number of dropped messages, by topic."""
         self._lock = threading.Lock()
         self._received = 0
 

@@ -265,6 +265,7 @@ class Outputs:
             self._tf_static.publish(topics.TF_STATIC.message(placed))
 
     def _name_hardware(self, scene: str) -> None:
+        """Set ``hardware_id`` for a scene, if the user has not set one."""
         self.diagnostics.hardware = self._hardware or f"{self._namespace}/{scene}".lstrip("/")
 
     def end(self) -> None:
@@ -329,7 +330,7 @@ class Outputs:
         self._turn_vector.publish(runs)
 
     def publish_clock(self, time_ns: int) -> None:
-        """Publish simulated time [ns] on /clock, if that is wanted."""
+        """Publish simulated time [ns] on /clock, if the parameter `publish_clock` is set."""
         if self._clock is not None:
             self._clock.handle.publish_raw(self._now.at(time_ns, ()))
 
@@ -346,6 +347,7 @@ class Outputs:
         return f"another simulator publishes {clock}: remap one of them, or use another domain"
 
     def _stream(self, topic: Topic, messages: Template) -> _Stream:
+        """Return the publisher of a message template."""
         handle = self._publishers[topic].handle
         # With the C handle, because rclpy's `publish` takes twice as long.
         return _Stream(
@@ -371,6 +373,7 @@ class _Stream(NamedTuple):
 
 
 def _numbers_at(places: Sequence[int]) -> Callable[[list[float]], tuple[float, ...]]:
+    """Return a function that selects the numbers at these indices as a tuple."""
     selected = itemgetter(*places)
     return selected if len(places) > 1 else lambda values: (selected(values),)
 

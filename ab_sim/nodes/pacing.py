@@ -26,7 +26,9 @@ class DurationHistogram:
         # A list, because its entries are incremented ten times as fast as those of an array.
         self._counts = [0] * (PER_DECADE * DECADES + 1)
         self.count = 0
+        """Number of durations."""
         self.worst = 0.0
+        """Longest duration [s]."""
 
     def add(self, duration: float) -> None:
         """Count a duration [s]."""
@@ -165,6 +167,7 @@ class Pacer:
 
     @property
     def _deadline(self) -> float:
+        """Time of the next wake-up [s]."""
         return self._origin + self._wakes * self.period
 
     @property
@@ -224,18 +227,22 @@ class Pacer:
         return recent
 
     def _over(self, now: float) -> float:
+        """Return the number of steps that have become due since the start."""
         return (now - self._origin) * self._factor / self._step + self._begun
 
     def _untaken(self, now: float) -> int:
+        """Return the number of whole steps that are due and not yet taken."""
         # The small addition lets all steps be due at a wake-up that is exactly on time.
         return math.floor(self._over(now) + 1e-6) - self._taken
 
     def _take(self, due: int) -> int:
+        """Count the due steps as taken, at most the budget, and return their number."""
         due = max(min(due, round(self._budget * max(self._factor, 1.0))), 0)
         self._taken += due
         return due
 
     def _drop(self, steps: int) -> None:
+        """Count steps as taken that never will be."""
         self._taken += steps
         self._count(steps)
 

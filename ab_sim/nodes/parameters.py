@@ -317,6 +317,7 @@ def _check_override(name: str, value: Any) -> None:
 
 
 def _kind(default: Any) -> str:
+    """Return the type of a parameter in words, for messages."""
     kinds = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
     return kinds.get(type(default), "a list of texts, e.g. ['balls.mass=0.002']")
 

@@ -141,8 +141,10 @@ class PreparedDrive:
         return f"{scene.name}: {what}; {drive.stepper.name} at {drive.step:g} s{reason}"
 
     def _warm_up(self) -> None:
-        # Call once everything that the loop calls: its first call compiles code, which would make
-        # the loop late.
+        """Call once everything that the loop calls.
+
+        The first call of a kernel compiles it, which would make the loop late.
+        """
         drive = self.drive
         with contextlib.suppress(DivergedError):  # the loop detects and reports it again
             drive.advance(self.per_wake)
@@ -155,6 +157,11 @@ class PreparedDrive:
 
 
 def _per_wake(step: float, rates: Rates) -> int:
+    """Return the number of integration steps per wake-up, which must be whole.
+
+    Raises:
+        InputError: the period of wake-ups is not a multiple of the step [s].
+    """
     return whole_ratio(1.0 / rates.wake, step, "period of wake_rate over the scene's step")
 
 
@@ -236,6 +243,8 @@ class CommandedDrive:
         self._stepped = checks or self.drive
 
     def _apply_orders(self) -> None:
+        """Pass all orders of the present step to the drive."""
+
         def speed() -> float:
             return self.drive.observe().omega
 

@@ -82,6 +82,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
 
 
 def _check_domain() -> None:
+    """Refuse a domain id for which DDS has no ports; its own error does not name the variable."""
     domain = os.environ.get("ROS_DOMAIN_ID", "")
     if domain and not (domain.isdecimal() and int(domain) <= MOST_DOMAIN):
         raise InputError(
@@ -91,6 +92,7 @@ def _check_domain() -> None:
 
 
 def _check_security() -> None:
+    """Refuse to start with SROS 2 if the installed Fast DDS has no security plug-ins."""
     if os.environ.get(SECURITY, "").lower() == "true" and discovery.from_pypi():
         raise InputError(
             f"{SECURITY} = {os.environ[SECURITY]!r}: the Fast DDS from PyPI has no security "
@@ -99,6 +101,7 @@ def _check_security() -> None:
 
 
 def _outside_ros_args(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments before --ros-args, or after the `--` that ends it."""
     # `remove_ros_args` would take `scene:=x` for a remapping in the old style, and remove it.
     outside, ours = [], True
     for argument in arguments:
@@ -112,10 +115,11 @@ def _outside_ros_args(arguments: Sequence[str]) -> list[str]:
 
 
 def _as_parameter(stray: str) -> str:
+    """Return a stray argument as a parameter, for a hint; a placeholder if it is none."""
     return stray.lstrip("-") if ":=" in stray else "name:=value"
 
 
-HEARD = 0.2
+NOTICED = 0.2
 """Time for peers to notice that the node has gone, before its participant leaves [s]. With a peer
 that was repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
 
@@ -190,7 +194,7 @@ def _leave_graph(node: Node) -> None:
                 waitable.destroy()  # `destroy_node` does not, and the node would remain visible
         node.destroy_node()
         last.destroy_node()
-        time.sleep(HEARD)
+        time.sleep(NOTICED)
 
 
 LINGER = 0.5
@@ -232,13 +236,13 @@ def run_node(
         # Before the DDS participant is created: if it did not leave in order, peers would see it
         # until its lease expires, 20 s later.
         with interruption.in_order() as stopping:
-            node = _made(make)
+            node = _created(make)
             try:
                 try:
                     with _answering(node, stopping):
                         loop(node, stopping)
                 finally:  # also after an error, whose messages matter most
-                    _let_last_words_out(node)
+                    _wait_for_acknowledgements(node)
             finally:
                 has_left = leave_graph(node)
                 if not has_left:
@@ -252,7 +256,7 @@ def run_node(
     interruption.exit_process(code)
 
 
-def _made(make: Callable[[], SomeNode]) -> SomeNode:
+def _created(make: Callable[[], SomeNode]) -> SomeNode:
     """Create a node.
 
     Raises:
@@ -309,7 +313,7 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
         raise failures[0]
 
 
-def _let_last_words_out(node: Node) -> None:
+def _wait_for_acknowledgements(node: Node) -> None:
     """Wait until subscribers have received the last messages, for at most ``LINGER``.
 
     Acknowledgements may take a heartbeat period, which is 3 s if ``discovery`` could not shorten

@@ -123,12 +123,12 @@ class ProfileController(BaseNode):
         self._slope, self._silence = values["abort_deceleration"], values["vibration_timeout"]
         self._lead = values["lead_time"]
         self._period = 1.0 / values["command_rate"]
-        self._judged: CheckedProfile
-        self._judge(values)
-        self._next = self._judged
+        self._checked: CheckedProfile
+        self._check(values)
+        self._next = self._checked
         self._lock = threading.RLock()
         self._simulated = bool(self.get_parameter("use_sim_time").value)
-        self._heard = 0
+        self._sim_time = 0
         self._ticked = time.monotonic()
         self._published = 0
         self._ended = False
@@ -140,29 +140,29 @@ class ProfileController(BaseNode):
         self._trajectory = topics.TRAJECTORY.publisher(self)
         self._status = topics.PROFILE_STATUS._replace(name="~/status").publisher(self)
         self._diagnostics = DiagnosticsPublisher(self, Task.PROFILE)
-        for name, act in (
+        for name, work in (
             (services.START, self.start),
             (services.ABORT, self.abort),
             (services.SAVE_SNAPSHOT, self.save_snapshot),
             (services.RESTORE_SNAPSHOT, self.restore_snapshot),
         ):
-            self.offer(name, act)
+            self.offer(name, work)
         self._action = ProfileAction(self, self._start_goal, self._cancel_goal)
         self._ticker: Ticker | None = None
         if self._simulated:
             # Commands depend on each clock message: a ROS timer has its own phase, so that two
             # equal runs would have commands at different times.
-            topics.CLOCK.subscription(self, self._hear_clock)
-            topics.DIAGNOSTICS.subscription(self, self._hear_drive)
+            topics.CLOCK.subscription(self, self._receive_clock)
+            topics.DIAGNOSTICS.subscription(self, self._receive_drive)
         self._waits = values["auto_start"]
         # Last, because it reports that the node is waiting: from then on, the node must be able to
         # exit in order.
-        self._timed = TimedRun(self._period, self._simulated, self._say, self._warn)
+        self._timed = TimedRun(self._period, self._simulated, self._publish_status, self._warn)
         self._inputs = ProfileSubscriptions(
             self, lambda: self._timed.execution, lambda: self._now * 1e-9
         )
         self._inputs.subscribe_to(self._next.inputs)
-        self._settings.accept_changes(self._judge, self._apply)
+        self._settings.accept_changes(self._check, self._apply)
 
     def start(self) -> Answer:
         """Start the profile of the parameters from its beginning."""
@@ -236,7 +236,7 @@ class ProfileController(BaseNode):
     @property
     def _now(self) -> int:
         """Time [ns]; simulated time is 0 before the first message."""
-        return self._heard if self._simulated else time.monotonic_ns()
+        return self._sim_time if self._simulated else time.monotonic_ns()
 
     def _listeners_to(self, publisher: Publisher[Any]) -> set[str]:
         """Return the full names of a publisher's subscribers that obey it: all but recorders."""
@@ -264,7 +264,7 @@ class ProfileController(BaseNode):
             if now - looked >= GLANCE:
                 looked = now
                 if self._waits:
-                    self._start_when_heard()
+                    self._start_when_ready()
                 present = self.listeners, self.status
                 if now - reported >= REPORT_PERIOD or present != seen:
                     reported, seen = now, present
@@ -297,13 +297,13 @@ class ProfileController(BaseNode):
             self.report(ended=True)
         self._action.end(lambda: self._outcome("the profile controller has ended; "))
 
-    def _judge(self, values: Values) -> None:
+    def _check(self, values: Values) -> None:
         """Read and keep the profile of new parameter values, because its file may change later.
 
         Raises:
             SceneError, InputError: the profile does not exist, or cannot be run.
         """
-        self._judged = self._plan(values["profile"], values["changes"])
+        self._checked = self._plan(values["profile"], values["changes"])
 
     def _plan(self, source: str, changes: Iterable[str]) -> CheckedProfile:
         """Read and check a profile.
@@ -321,10 +321,11 @@ class ProfileController(BaseNode):
         return plan
 
     def _apply(self, before: Values, values: Values) -> None:
+        """Make the checked profile the next one to start."""
         if all(before[name] == values[name] for name in ("profile", "changes")):
             return
         with self._lock:
-            self._next = self._judged
+            self._next = self._checked
             self._inputs.subscribe_to(self._next.inputs)
         self.get_logger().info(f"the next ~/start will run {values['profile']}")
 
@@ -359,6 +360,7 @@ class ProfileController(BaseNode):
         return bool(listeners)
 
     def _start_goal(self, request: RunRequest) -> str:
+        """Start the profile of a goal; return the reason if it cannot run."""
         with self._lock:
             try:
                 if request.changes and not request.profile:
@@ -373,6 +375,7 @@ class ProfileController(BaseNode):
             return self._begin(plan)
 
     def _cancel_goal(self) -> bool:
+        """Abort the profile of the present goal; return whether the spindle ramps down."""
         with self._lock:
             self._timed.abort(self._now, "canceled by the client of ~/run")
             return self._timed.run.state in (ProfileState.ABORTING, ProfileState.ABORTED)
@@ -386,7 +389,8 @@ class ProfileController(BaseNode):
             return f"no drive subscribes to {self._command.topic_name}: start the drive first"
         return self._inputs.missing(plan.inputs)
 
-    def _start_when_heard(self) -> None:
+    def _start_when_ready(self) -> None:
+        """Start the profile once nothing is missing, for the parameter `auto_start`."""
         with self._lock:
             run = self._timed.run
             if self._waits and run.state in (ProfileState.IDLE, ProfileState.WAITING):
@@ -401,7 +405,8 @@ class ProfileController(BaseNode):
                     return
             self._waits = False
 
-    def _say(self, status: str, well: bool) -> None:
+    def _publish_status(self, status: str, well: bool) -> None:
+        """Publish and log a new status; ``well``: there is no problem."""
         self._status.publish(topics.PROFILE_STATUS.message(status))
         words = log_text(status, well)
         if well:
@@ -412,11 +417,13 @@ class ProfileController(BaseNode):
     def _warn(self, words: str) -> None:
         self.get_logger().warning(words)
 
-    def _hear_clock(self, message: Any) -> None:
-        self._heard = topics.CLOCK.sample(message)
+    def _receive_clock(self, message: Any) -> None:
+        """Process a message on /clock, and command the speed at its time."""
+        self._sim_time = topics.CLOCK.sample(message)
         self._tick()
 
     def _tick(self) -> None:
+        """Command the speed at the present time, and report to the goal's client."""
         with self._lock:
             if self._ended:
                 return
@@ -433,9 +440,11 @@ class ProfileController(BaseNode):
         self._action.finish(well and self._timed.run.state is ProfileState.DONE, self._outcome)
 
     def _outcome(self, first: str = "") -> Outcome:
+        """Return the result of the run for a goal's client; its text begins with ``first``."""
         return outcome_of(self._timed.run, self._timed.elapsed, first)
 
     def _send(self, speed: float | None) -> None:
+        """Publish a speed command [rad/s]; None: none is due."""
         if self._sent is not None and self._timed.run.state is ProfileState.RUNNING:
             return  # the trajectory contains the speed
         self._sent = None
@@ -444,11 +453,12 @@ class ProfileController(BaseNode):
             self._command.publish(topics.COMMAND.message(speed))
 
     def _send_trajectory(self, trajectory: SetPoints) -> None:
+        """Publish a trajectory, which then replaces speed commands."""
         self._sent = trajectory
         self._published += 1
         self._trajectory.publish(topics.TRAJECTORY.message(trajectory))
 
-    def _hear_drive(self, message: Any) -> None:
+    def _receive_drive(self, message: Any) -> None:
         """Send a trajectory again if it reached the drive too late; abort if it is refused."""
         with self._lock:
             sent, run = self._sent, self._timed.run

@@ -119,7 +119,7 @@ class ProfileAction:
         if (kind := actions.run_profile()) is None:
             node.get_logger().info(actions.NOT_BUILT)
             return
-        self._server = GoalServer(node, kind, actions.RUN, self._accepted, self._asked_to_cancel)
+        self._server = GoalServer(node, kind, actions.RUN, self._accepted, self._cancel_requested)
 
     def tell(self, progress: Callable[[], Progress], status: str) -> None:
         """Send feedback to the goal's client if it is due, or if the status has changed."""
@@ -147,6 +147,7 @@ class ProfileAction:
             time.sleep(LINGER)
 
     def _accepted(self, goal: Goal) -> None:
+        """Start the profile of a new goal, or abort the goal with the reason."""
         goal.execute()
         refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
         if not refusal:
@@ -157,24 +158,26 @@ class ProfileAction:
         if refusal:
             self._end(goal, False, Outcome(f"refused: {refusal}", 0.0, 0.0))
 
-    def _asked_to_cancel(self, goal: Goal) -> CancelResponse:
-        asked = self._goal is not None and goal.goal_id == self._goal.goal_id
-        return CancelResponse.ACCEPT if asked and self._cancel() else CancelResponse.REJECT
+    def _cancel_requested(self, goal: Goal) -> CancelResponse:
+        """Ramp down if the present goal is to be cancelled; reject the request for others."""
+        is_present = self._goal is not None and goal.goal_id == self._goal.goal_id
+        return CancelResponse.ACCEPT if is_present and self._cancel() else CancelResponse.REJECT
 
     def _end(self, goal: Goal, well: bool, outcome: Outcome) -> None:
         self._server.end(goal, well, actions.result_of(outcome))
 
 
-def _as_boards_have_it(topic: Topic, depth: int) -> Topic:
-    """Return a topic with best-effort reliability.
+def _best_effort(topic: Topic, depth: int) -> Topic:
+    """Return a topic for subscriptions with best-effort reliability and a queue of ``depth``.
 
-    It matches best-effort publishers, such as boards' sensors, and reliable ones.
+    DDS matches such a subscription with best-effort publishers, as boards often have for sensors,
+    and with reliable ones. A reliable subscription would not match best-effort publishers.
     """
     return topic._replace(qos=Qos(depth, reliable=False))
 
 
-VIBRATION = _as_boards_have_it(topics.VIBRATION, 100)
-SPINDLE = _as_boards_have_it(topics.JOINT_STATES, 100)
+VIBRATION = _best_effort(topics.VIBRATION, 100)
+SPINDLE = _best_effort(topics.JOINT_STATES, 100)
 
 IF_A_PROBE = (
     "; without a scene, the profile's sensor is taken as an accelerometer: for a proximity probe, "
@@ -256,6 +259,7 @@ class ProfileSubscriptions:
 
 
 def _samples_of(inputs: ProfileInputs) -> Topic:
+    """Return the topic of the sensor that an adaptive start-up needs."""
     topic_of = topics.probe_of if inputs.probe else topics.imu_of
     topic = topic_of(inputs.sensor or "", first=inputs.first_sensor)
-    return _as_boards_have_it(topic, topic.qos.depth)
+    return _best_effort(topic, topic.qos.depth)

@@ -14,6 +14,7 @@ from ab_sim.base import interruption
 from ab_sim.nodes.process import leave_graph
 
 MCL_CURRENT, MCL_FUTURE = 1, 2
+"""Flags of mlockall: lock present pages, and pages that are mapped later."""
 
 
 def request_priority(priority: int) -> str:
@@ -86,12 +87,12 @@ class RealTimeRequests:
     def apply(self) -> list[str]:
         """Request the options for the calling thread, the loop's, and return refusals as texts."""
         granted, refused = [], []
-        asked = []
+        requests = []
         if self._priority:
-            asked.append((f"SCHED_FIFO {self._priority}", request_priority(self._priority)))
+            requests.append((f"SCHED_FIFO {self._priority}", request_priority(self._priority)))
         if self._memory:
-            asked.append(("memory locked", lock_memory()))
-        for what, refusal in asked:
+            requests.append(("memory locked", lock_memory()))
+        for what, refusal in requests:
             granted += [] if refusal else [what]
             refused += [refusal] if refusal else []
         freeze_garbage_collector()
@@ -112,6 +113,8 @@ class FairLock:
     """Lock that a waiting thread gets before its last holder can take it again.
 
     With a plain lock, a loop that never sleeps would always take it again before other threads.
+    Here, a thread must first get a second lock, which a waiting thread holds: the last holder
+    queues behind it.
     """
 
     def __init__(self) -> None:
@@ -183,14 +186,19 @@ class StallGuard:
         self._thread.join()
 
     def _watch(self) -> None:
-        asked: float | None = None
+        """Check the loop until the guard is left.
+
+        A stalled loop gets ``GRACE`` seconds to end after a stop was requested, counted from the
+        later of the request and the beginning of its iteration.
+        """
+        requested: float | None = None
         while not self._over.wait(GLANCE):
             now, begun = time.monotonic(), self._begun
-            if self._stopping.is_set() and asked is None:
-                asked = now
+            if self._stopping.is_set() and requested is None:
+                requested = now
             if begun is None or now - begun < STALLED:
                 continue
-            if asked is not None and now - max(asked, begun) >= GRACE:
+            if requested is not None and now - max(requested, begun) >= GRACE:
                 self._leave(now - begun)
             self._answer()
 

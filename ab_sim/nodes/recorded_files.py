@@ -73,12 +73,14 @@ class BagRecorder:
         }
 
     def _put(self, topic: str, message: bytes) -> None:
+        """Queue a serialised message with its time of reception."""
         # The middleware knows the time more exactly, but under EventsExecutor a callback with
         # message info makes rclpy 9.1 end with a SystemError.
         self._inbox.put(topic, (time.time_ns(), message))
 
 
 def _free(path: Path) -> Path:
+    """Return a path that does not exist: this one, or one with a number added to its name."""
     free, count = path, 1
     while free.exists():
         # A recording is never overwritten.
@@ -273,11 +275,13 @@ class RecordedFiles:
 
     @property
     def _numbered(self) -> Path:
+        """Path of the next file, with its number."""
         assert self._path is not None
         number = f"-{self._number}" if self._number > 1 else ""
         return self._path.with_stem(f"{self._path.stem}{number}")
 
     def _open(self) -> None:
+        """Begin the next file; if it cannot be written, ``flush`` tries again."""
         assert self._description is not None
         self._tried = time.monotonic()
         while (path := self._numbered).exists():
@@ -300,6 +304,7 @@ class RecordedFiles:
         self._open_shown(path.name)
 
     def _open_shown(self, name: str) -> None:
+        """Begin the viewer's copy of a file; if it cannot be written, the viewer gets no data."""
         if self._viewer is None:
             return
         assert self._description is not None
@@ -318,10 +323,12 @@ class RecordedFiles:
         self._viewer.feed(path)
 
     def _write(self, write: Callable[[Recording], None]) -> None:
+        """Apply a function that writes to the file and to the viewer's copy."""
         self._write_to_file(write)
         self._show(write)
 
     def _show(self, write: Callable[[Recording], None]) -> None:
+        """Apply a function that writes to the viewer's copy; give the copy up if it fails."""
         if self._shown is None:
             return
         try:
@@ -345,6 +352,7 @@ class RecordedFiles:
         self._shown_until.append(self._time - 2 * SHOWN_PERIOD)
 
     def _write_to_file(self, write: Callable[[Recording], None]) -> None:
+        """Apply a function that writes to the file; leave the file if it fails."""
         if (recording := self._recording) is None:
             return
         try:
@@ -356,6 +364,7 @@ class RecordedFiles:
             self._leave(recording)
 
     def _leave(self, recording: Recording) -> None:
+        """Add the counts of a finished file to the totals, and finish the viewer's copy."""
         self._recording = None
         self._written += recording.rows_written
         self._left_out += recording.left_out
@@ -372,6 +381,7 @@ class RecordedFiles:
             self._shown = None
 
     def _complain(self, trouble: str) -> None:
+        """Log why no file can be written, once for each reason."""
         if trouble != self.trouble:
             self._logger.error(f"{trouble}; trying another file every {RETRY:g} s")
         self.trouble = self.why_lost = trouble

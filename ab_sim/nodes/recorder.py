@@ -132,7 +132,7 @@ class Recorder(BaseNode):
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
 
         self._diagnostics = DiagnosticsPublisher(self, Task.RECORDING)
-        heard = (
+        recorded = (
             (topics.DESCRIPTION, self._write_description),
             (topics.BLOCK, self._write_block),
             (topics.COMMAND, self._write_command),
@@ -143,10 +143,10 @@ class Recorder(BaseNode):
             (topics.EVENTS, self._write_event),
         )
         self._write: dict[str, tuple[Topic, Callable[[Any], None]]] = {
-            topic.name: (topic, write) for topic, write in heard
+            topic.name: (topic, write) for topic, write in recorded
         }
         self._inbox = Inbox(self._write, length)
-        for topic, _ in heard:
+        for topic, _ in recorded:
             topic.subscription(self, functools.partial(self._inbox.put, topic.name))
         self._bag = BagRecorder(self, recording_folder(bag), length) if bag else None
         target = file if file is not None else bag
@@ -183,6 +183,11 @@ class Recorder(BaseNode):
             self._for_now.close()
 
     def _kept_file(self, path: str, view: str, bag: str, keep: bool) -> Path | None:
+        """Return the .rrd file to keep; None: none is kept.
+
+        Raises:
+            InputError: the parameters contradict each other, or the file cannot be written.
+        """
         if keep:
             now = datetime.datetime.now()
             return recording_file(path or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
@@ -198,10 +203,12 @@ class Recorder(BaseNode):
         return None
 
     def _folder_for_now(self) -> Path:
+        """Return a temporary folder, which is removed at the end of ``run``."""
         folder = tempfile.TemporaryDirectory(prefix="ab_sim-live-")
         return Path(self._for_now.enter_context(folder))
 
     def _start_viewer(self, view: str, port: int) -> Viewer | None:
+        """Start the viewer of the parameters; return None if there is none."""
         if view == NONE:
             return None
         try:
@@ -212,6 +219,7 @@ class Recorder(BaseNode):
         return viewer
 
     def _write_until(self, stopping: threading.Event) -> None:
+        """Write and report periodically until stopped; warn if there is no drive."""
         began = reported = time.monotonic()
         warned = False
         while not stopping.wait(WRITE_PERIOD):
@@ -315,6 +323,7 @@ class Recorder(BaseNode):
         return "recording" if self._description is not None else "waiting for a drive"
 
     def _report(self, text: str, failed: bool = False) -> None:
+        """Publish the diagnostics, and log malformed messages since the last report."""
         files, viewer = self._files, self._viewer
         dropped = {topic: count for topic, count in self._inbox.dropped.items() if count}
         values = {
@@ -355,6 +364,11 @@ class Recorder(BaseNode):
 
 
 def _number(text: str) -> float:
+    """Return a number from the diagnostics of another node.
+
+    Raises:
+        MalformedMessage: the text is not a number.
+    """
     try:
         return number_in(text)
     except ValueError as error:

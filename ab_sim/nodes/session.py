@@ -52,7 +52,9 @@ class Session:
         """True after a start or a stop, until time advances or is paused."""
         self._per_state, self._per_block = rates.per_state, rates.per_block
         self.trouble = ""
+        """Reason why the drive has diverged; empty if it has not."""
         self.pending: list[Trajectory] = []
+        """Samples since the last block."""
         self.stepped_for = 0
         """Number of commands received before the last wake-up of ~/step; see ``new_commands``."""
         self._wakes, self._reported, self._new = 0, False, NewWarnings()
@@ -134,7 +136,7 @@ class Session:
         self.fault_publisher.close()
 
     def wake(self) -> None:
-        """Do the work of a wake-up."""
+        """Do the work of a wake-up: take commands, take the steps that are due, and publish."""
         begin, pacer = time.thread_time(), self.now.pacer
         self._stages.begin()
         self.take_commands()
@@ -210,13 +212,17 @@ class Session:
                 self.advance(steps)
 
     def restart_clock(self, now: float | None = None) -> None:
-        """Restart pacing at the present time, or at ``now`` [s, steady clock]."""
+        """Restart pacing at the present time, or at ``now`` [s, steady clock].
+
+        Steps that were due before are not taken, and delays of commands are not measured across
+        the restart.
+        """
         now = time.monotonic() if now is None else now
         self.now.pacer.start(now, self._settings.values["speed_factor"])
         self.path.forget_stamps()
-        self.go_on(now)
+        self.restart_measurement(now)
 
-    def go_on(self, now: float) -> None:
+    def restart_measurement(self, now: float) -> None:
         """Restart the measurement of the real-time factor at a time on the steady clock [s]."""
         self.now.health.paced = self.mode is TimeMode.PACED
         self.now.health.begin(now)
@@ -266,7 +272,7 @@ class Session:
         if rejections := self._commands.rejections():
             self._node.get_logger().warning(rejections)
 
-    def report_now_and_then(self) -> None:
+    def report_if_due(self) -> None:
         """Publish diagnostics once a second, and earlier if other nodes wait for them.
 
         They do so after a trajectory, and after the start or end of a publisher of commands.
@@ -314,6 +320,7 @@ class Session:
         self.commanded.set_checks(checks)
 
     def _state(self) -> str:
+        """Return the state of the drive in a few words, for the diagnostics."""
         if self.mode is TimeMode.LOCK_STEP:
             return "lock-step: time advances by ~/step only"
         return self.now.health.state(self.paused)

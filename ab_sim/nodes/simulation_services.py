@@ -46,6 +46,7 @@ class SimulateSteps:
         )
 
     def _accepted(self, goal: Goal) -> None:
+        """Begin a new goal, or abort it if another one is being executed."""
         goal.execute()
         if self._goal is not None:
             self._end(goal, "another goal is being executed; cancel it first")
@@ -82,6 +83,7 @@ class SimulateSteps:
             self._node.executor.create_task(self._continue, completed)
 
     def _end(self, goal: Goal, problem: str) -> None:
+        """Set the result of a goal; ``problem`` is empty if it has succeeded."""
         result, codes = self._kind.Result(), self._codes
         result.result.result = codes.RESULT_OPERATION_FAILED if problem else codes.RESULT_OK
         result.result.error_message = problem
@@ -112,7 +114,7 @@ class Offer(NamedTuple):
 
     kind: str
     """Name of the service's type."""
-    act: Callable[[Any, Any], None]
+    fill: Callable[[Any, Any], None]
     """Function that fills the response (second argument) to a request (first argument)."""
     features: tuple[str, ...] = ()
     """Features of the standard that the service provides."""
@@ -166,16 +168,16 @@ class SimulationServices:
         self._offers = [offer for offer in offers if hasattr(self._kinds, offer.kind)]
         for offer in self._offers:
             kind = getattr(self._kinds, offer.kind)
-            node.create_service(kind, offer.name, self._answered(offer.act))
+            node.create_service(kind, offer.name, self._answered(offer.fill))
         self._action = SimulateSteps(node, action, self._codes, control)
 
-    def _answered(self, act: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
+    def _answered(self, fill: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
         """Return the callback of a service, which reports a refusal in the response's result."""
 
         def callback(request: Any, response: Any) -> Any:
             code, text = self._codes.RESULT_OK, ""
             try:
-                act(request, response)
+                fill(request, response)
             except RefusedRequest as refusal:
                 code, text = refusal.code, str(refusal)
             except CommandError as error:
@@ -208,6 +210,7 @@ class SimulationServices:
         )
 
     def _state(self) -> int:
+        """Return the state of the simulation, by the constants of the standard."""
         states, session = self._messages.SimulationState, self._node.session
         if session is None:
             loading = self._node.is_configuring
@@ -308,9 +311,11 @@ class SimulationServices:
 
     @property
     def _frame(self) -> str:
+        """Name of the housing's frame, in which entities are reported."""
         return frame_of(self._node.get_namespace(), HOUSING)
 
     def _check_entity(self, session: Session, name: str) -> None:
+        """Refuse the name of an entity that does not exist."""
         names = body_names(session.now.scene)
         if name not in names:
             raise RefusedRequest(
@@ -345,6 +350,7 @@ class SimulationServices:
         return [name for name in body_names(session.now.scene) if wanted.fullmatch(name)]
 
     def _entity_state(self, session: Session, name: str) -> Any:
+        """Return pose, velocity and acceleration of an entity as a message."""
         drive = session.now.drive
         pose, velocity, acceleration = motion_of(name, drive.scene, drive.observe())
         state = self._messages.EntityState()
@@ -367,6 +373,7 @@ class SimulationServices:
         return files
 
     def _world(self, uri: str, path: Path) -> Any:
+        """Return the message that describes a scene; without a description if it is invalid."""
         world = self._messages.WorldResource(name=path.stem)
         world.world_resource.uri = uri
         with contextlib.suppress(SceneError):
@@ -422,4 +429,5 @@ class SimulationServices:
 
 
 def _of(vector: Any) -> tuple[float, float, float]:
+    """Return the components of a geometry_msgs/Vector3."""
     return vector.x, vector.y, vector.z

@@ -23,6 +23,7 @@ from ab_sim.scene.load import RequestedProfile
 from ab_sim.scene.profiles import AdaptiveProfile
 
 FORMAT = "ab_sim profile snapshot"
+"""Value of the key ``format`` in a snapshot's file."""
 OTHERWISE = (
     "not a snapshot of a profile controller; the drive's ~/restore_snapshot reads snapshots of "
     "drives"
@@ -97,7 +98,7 @@ class CheckedProfile:
     """Requested and checked profile before its start.
 
     Args:
-        asked: requested profile.
+        requested: requested profile.
         source: value of the parameter that names the profile.
         changes: changes to the profile, each ``key=value``.
         period: time between two commands [s].
@@ -107,12 +108,12 @@ class CheckedProfile:
     """
 
     def __init__(
-        self, asked: RequestedProfile, source: str, changes: list[str], period: float
+        self, requested: RequestedProfile, source: str, changes: list[str], period: float
     ) -> None:
         self.source, self.changes = source, changes
-        self._asked, self._period = asked, period
+        self._requested, self._period = requested, period
         self._settings: StartUpSettings | None = None
-        profile = asked.profile
+        profile = requested.profile
         if isinstance(profile, AdaptiveProfile):
             if abs(profile.command_period / period - 1.0) > PERIODS_AGREE:
                 raise InputError(
@@ -120,27 +121,29 @@ class CheckedProfile:
                     f"commands every {exact(period)} s; start it with command_rate = "
                     f"{exact(1.0 / profile.command_period)} [1/s], or change the period"
                 )
-            self._settings = _settings(asked, profile)
+            self._settings = _settings(requested, profile)
 
     @property
     def steepest(self) -> float:
         """Largest magnitude of the profile's acceleration [rad/s^2]; 0: the speed is constant."""
-        profile = self._asked.profile
+        profile = self._requested.profile
         if isinstance(profile, AdaptiveProfile):
             return profile.acceleration
-        return SpeedSchedule.of_profile(profile, self._asked.first).steepest
+        return SpeedSchedule.of_profile(profile, self._requested.first).steepest
 
     @property
     def schedule(self) -> SpeedSchedule | None:
         """Speed over time; None if it depends on measurements."""
-        if isinstance(self._asked.profile, AdaptiveProfile) or waits_for_vibration(self._asked):
+        if isinstance(self._requested.profile, AdaptiveProfile) or waits_for_vibration(
+            self._requested
+        ):
             return None
-        return SpeedSchedule.of_profile(self._asked.profile, self._asked.first)
+        return SpeedSchedule.of_profile(self._requested.profile, self._requested.first)
 
     @property
     def inputs(self) -> ProfileInputs:
         """Input topics that the profile needs."""
-        profile, scene = self._asked.profile, self._asked.scene
+        profile, scene = self._requested.profile, self._requested.scene
         if isinstance(profile, AdaptiveProfile):
             name = profile.sensor
             probe = scene is not None and name in scene.probes
@@ -148,15 +151,15 @@ class CheckedProfile:
             return ProfileInputs(
                 sensor=name, first_sensor=name == next(iter(alike), name), probe=probe
             )
-        return ProfileInputs(vibration=waits_for_vibration(self._asked))
+        return ProfileInputs(vibration=waits_for_vibration(self._requested))
 
     @property
     def made_of(self) -> dict[str, Any]:
         """Definition of the profile, as JSON-able values, to compare it with that of a snapshot."""
-        asked = self._asked
+        requested = self._requested
         definition: Mapping[str, Any] = {
-            "profile": asked.profile.model_dump(mode="json"),
-            "first": asked.first,
+            "profile": requested.profile.model_dump(mode="json"),
+            "first": requested.first,
             "settings": self._settings,
         }
         return dict(json.loads(json.dumps(definition)))
@@ -168,13 +171,14 @@ class CheckedProfile:
             silence: longest time without vibration messages while a condition needs them [s].
         """
         if self._settings is not None:
-            return AdaptiveExecution(self._settings, self._asked.first)
-        return SegmentsExecution(self._asked, self._period, silence)
+            return AdaptiveExecution(self._settings, self._requested.first)
+        return SegmentsExecution(self._requested, self._period, silence)
 
 
-def _settings(asked: RequestedProfile, profile: AdaptiveProfile) -> StartUpSettings:
-    if asked.scene is not None:
-        return settings_of(asked.scene)
+def _settings(requested: RequestedProfile, profile: AdaptiveProfile) -> StartUpSettings:
+    """Return the settings of an adaptive start-up, with the sensor of its scene if there is one."""
+    if requested.scene is not None:
+        return settings_of(requested.scene)
     # A profile without a scene does not describe the sensor. The noise is then estimated. Unknown
     # angles of the sensor's axes only turn the estimated unbalance.
     return profile.settings(SensorFacts("acceleration", 2))
@@ -344,11 +348,18 @@ class TimedRun:
         return again if anew is None else anew
 
     def _due(self, before: int, now: int) -> bool:
+        """Return whether a period has begun between two times [ns]; without a simulator, always."""
         return not self._simulated or (
             (now - self._began) // self._period != (before - self._began) // self._period
         )
 
     def _see_leap(self, before: int, now: int, passed: float) -> None:
+        """Drop or abort the profile if the clock has jumped.
+
+        Args:
+            before, now: times of the last and of the present call by the node's clock [ns].
+            passed: time between the two calls by the steady clock [s].
+        """
         if self.run.state not in (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING):
             return
         leapt = f"time jumped from {before / 1e9:g} to {now / 1e9:g} s"
