@@ -302,7 +302,7 @@ class LiveRun:
             self._health[health.node] = health
 
     def _start_processes(self) -> None:
-        """Start each node in a process of its own session, with its output in a log file."""
+        """Start each node in a separate process and session, with its output in a log file."""
         for name, values in self._nodes.items():
             settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
             module = f"ab_sim.nodes.{name}"
