@@ -76,21 +76,7 @@ class Decision(NamedTuple):
 def words_of(
     state: State, reason: str, settings: StartUpSettings, estimates: Estimates, observer: Observer
 ) -> str:
-    """Return the status text ``state: details`` of a start-up.
-
-    Parameters
-    ----------
-    state : State
-        Present state.
-    reason : str
-        Reason for an abort.
-    settings : StartUpSettings
-        Settings of the start-up.
-    estimates : Estimates
-        Present estimates.
-    observer : Observer
-        Observer, for the net unbalance relative to its largest value.
-    """
+    """Return the status text ``state: details`` of a start-up; ``reason`` is that of an abort."""
     deviation = estimates.critical_speed_deviation
     critical = f"critical speed {estimates.critical_speed:.1f} +- {deviation:.2g} rad/s"
     net = f"net unbalance {1e6 * abs(estimates.net_unbalance):.3g} um"

@@ -141,12 +141,7 @@ class CommandPath:
         return self.accepted + self.rejected + self.ignored
 
     def lead(self, scene_limits: SpeedServo, step: float) -> None:
-        """Reset the path for another drive; an emergency stop remains in force.
-
-        Args:
-            scene_limits: limits of the drive's spindle.
-            step: integration step of the drive [s].
-        """
+        """Reset the path for another drive with a step [s]; an emergency stop remains in force."""
         stopped = self.stopped
         self._scene_limits, self._step = scene_limits, step
         self._step_ns = round(step * 1e9)
@@ -269,11 +264,7 @@ class CommandPath:
         self.trajectory_news.append(TrajectoryAnswer(start, refusal))
 
     def _due(self, now: int) -> int:
-        """Return the step at which a command leaves the bus.
-
-        Args:
-            now: step at which the command was received.
-        """
+        """Return the step at which a command that was received at step ``now`` leaves the bus."""
         rules, before = self.rules, self._bus[-1].due if self._bus else now
         late = rules.delay
         if rules.jitter:
@@ -453,7 +444,6 @@ class CommandPath:
         )
 
     def _draw(self) -> float:
-        """Return the next random number in [0, 1) of the bus jitter."""
         self._draws += 1
         return self._random.random()
 
@@ -492,7 +482,6 @@ def _values(wanted: float | TimedSpeeds) -> Any:
 
 
 def _wanted(values: Any) -> float | TimedSpeeds:
-    """Return the command of ``_values``; raise a ValueError for an invalid number."""
     return _timed(values) if isinstance(values, list) else finite(values)
 
 
