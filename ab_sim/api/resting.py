@@ -207,7 +207,7 @@ def follow_floquet(
     --------
     >>> import ab_sim
     >>> result = ab_sim.follow_floquet("nsc-case-1", "speed", [300.0, 310.0])
-    >>> [point.result.verdict for point in result.points], result.borders
+    >>> [point.found.verdict for point in result.points], result.borders
     (['stable', 'stable'], ())
     """
     checked_scene, wanted = as_scene(scene), [float(value) for value in values]
