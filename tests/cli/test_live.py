@@ -121,10 +121,15 @@ def test_unwatched_and_started_again_after_a_reset(commands: list[Command], tmp_
     """It starts again, counts again after another reset, and ends in order."""
     pytest.importorskip("rclpy", reason="needs ROS 2")
     nobody = "rerun+http://127.0.0.1:9/proxy"
+    assert ab_sim("--version").returncode == 0  # takes seconds once, which the run need not last
     live = Command("live", "balanced-start-up", "--for", "3600", "--view", nobody, cwd=tmp_path)
     commands.append(live)
+
+    def count() -> float:
+        return float(live.until(r"^ *[\d.]+ of 3600 s").split()[0])
+
     assert live.until("cannot be watched") == f"cannot be watched: there is no viewer at {nobody}\n"
-    live.until("running: segment 2")
+    live.until("running: segment")
     for word in ("reset", "pause"):
         done = ab_sim("node", word, "--wait", "60")
         assert done.returncode == 0, done.stderr
@@ -132,11 +137,14 @@ def test_unwatched_and_started_again_after_a_reset(commands: list[Command], tmp_
     started = ab_sim("node", "start", "--wait", "60").stdout
     assert started == f"started at t = {time + 0.1:g} s\n", "so that it arrives in time"
     assert ab_sim("node", "resume", "--wait", "60").returncode == 0
-    live.until("running: segment 2")
+    live.until("aborted: time jumped")
+    live.until("running: segment|done")  # a busy machine may skip a segment
     done = ab_sim("node", "reset", "--wait", "60")
     assert done.returncode == 0, done.stderr
-    for second in range(2):
-        live.until(rf"^ +{second}\.\d of 3600 s")  # a line each second
+    last = count()
+    while (now := count()) >= last:  # a line each second
+        last = now
+    assert count() > now
     assert live.end() == 0
     assert "commands rejected 0" in live.said and "wrote recordings" in live.said
     factor = re.search(r"real-time factor ([0-9.]+)", live.said)
