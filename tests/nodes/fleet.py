@@ -197,14 +197,18 @@ class Fleet:
         return str(answer.current_state.label)
 
     def ask(self, kind: Any, service: str, request: Any, again: float = math.inf) -> Any:
-        """Call a service of any type, again after so many seconds, and return its response."""
+        """Call a service of any type, every ``again`` seconds, and return its first response."""
         client, futures, sent = self.client(kind, service), [], -math.inf
 
         def answer() -> Any:
-            nonlocal sent
+            nonlocal client, sent
             if time.monotonic() - sent > again or not futures:
                 futures.append(client.call_async(request))
                 sent = time.monotonic()
+                if again < math.inf:
+                    # A client that knew a killed server may never reach the server after it. The
+                    # next call is by a client that has had this time to discover the server.
+                    client = self.node.create_client(kind, service)
             return next((future for future in futures if future.done()), None)
 
         return self.until(answer, f"answer of {service}").result()
