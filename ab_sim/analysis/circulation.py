@@ -12,6 +12,7 @@ import numpy as np
 from ab_sim.scene.units import ShownUnit
 
 RAD_PER_S = ShownUnit("rad/s", 1.0)
+"""Default unit of speeds in texts."""
 TURNS = 1.0
 """Least number of revolutions of a ball on the race in each third of the samples."""
 KEPT = 0.9
@@ -71,14 +72,18 @@ class CirculationMarks:
         """
         count = time.shape[1]
         while len(self._rows) < 4 and self._marks[len(self._rows)] < self._taken + count:
-            at = self._marks[len(self._rows)] - self._taken
-            row = time[:, at], angle[:, at], ball_angles[:, at]
+            column = self._marks[len(self._rows)] - self._taken
+            row = time[:, column], angle[:, column], ball_angles[:, column]
             self._rows.append(tuple(map(np.copy, row)))
         self._taken += count
 
     @property
-    def found(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times and spindle angles, shape (runs, 4); ball angles, shape (runs, balls, 4)."""
+    def kept(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Kept samples, see ``circulation_of``.
+
+        Times [s] and spindle angles [rad], shape (runs, 4); ball angles [rad], shape (runs, balls,
+        4).
+        """
         time, psi, theta = (np.stack(rows, axis=-1) for rows in zip(*self._rows, strict=True))
         return time, psi, theta
 
@@ -94,14 +99,16 @@ def circulation_of(
         theta: ball angles at these times, unwrapped [rad], shape (runs, balls, 4).
     """
     circulations: list[Circulation | None] = [None] * len(time)
-    lasts = np.diff(time, axis=1)
-    goes_on = np.all(lasts > 0.0, axis=1)
+    durations = np.diff(time, axis=1)
+    # Three parts of equal sign and similar speed tell circulation from a swing, whose parts have
+    # both signs, and from a ball that is still coming to rest.
+    long_enough = np.all(durations > 0.0, axis=1)
     turns = np.diff(theta, axis=2) / (2.0 * math.pi)
     one_way = np.all(turns >= TURNS, axis=2) | np.all(turns <= -TURNS, axis=2)
-    for run in np.flatnonzero(goes_on & one_way.any(axis=1)).tolist():
-        rates = turns[run] / lasts[run]
-        lasting = np.abs(rates[:, 2]) >= KEPT * np.abs(rates[:, 0])
-        balls = np.flatnonzero(one_way[run] & lasting)
+    for run in np.flatnonzero(long_enough & one_way.any(axis=1)).tolist():
+        rates = turns[run] / durations[run]
+        steady = np.abs(rates[:, 2]) >= KEPT * np.abs(rates[:, 0])
+        balls = np.flatnonzero(one_way[run] & steady)
         if len(balls) == 0:
             continue
         whole = float(time[run, 3] - time[run, 0])

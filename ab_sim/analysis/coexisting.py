@@ -13,14 +13,14 @@ import numpy as np
 
 from ab_sim.analysis.circulating import (
     BunchDrive,
+    BunchRange,
     CirculatingBunch,
-    Reach,
+    drag_ranges,
     drive_of,
     lasting_speed,
-    reach_over_drag,
-    reach_over_speed,
+    reason_not_covered,
+    speed_ranges,
     stalled,
-    why_not,
 )
 from ab_sim.analysis.equilibria.resting import without_events
 from ab_sim.analysis.floquet.circulating import CirculatingSolution, circulating_solution
@@ -36,7 +36,7 @@ NEAR = 0.05
 
 
 class Coexisting(NamedTuple):
-    """Stable bunch at the requested speed, and its range."""
+    """Stable bunch at the requested speed, and the ranges of speed and drag in which it exists."""
 
     bunch: CirculatingBunch
     """Bunch by the closed form."""
@@ -44,9 +44,9 @@ class Coexisting(NamedTuple):
     """Exact motion if all balls circulate; None for fewer balls, or if none was found."""
     run_speed: float | None
     """Speed s in a simulation that starts near the bunch [rad/s]; None with an exact solution."""
-    over_speed: Reach | None
+    over_speed: BunchRange | None
     """Range of speed of the closed form [rad/s]; None if swings are too large for it."""
-    over_drag: Reach | None
+    over_drag: BunchRange | None
     """Range of drag of the closed form around the scene's drag [N s/m]."""
 
     @property
@@ -72,31 +72,31 @@ class Coexisting(NamedTuple):
 
 @dataclass(frozen=True)
 class CoexistingCirculation:
-    """Numbers of balls that can circulate in a stable bunch at a speed."""
+    """Stable bunches of circulating balls at a speed, by their number of balls."""
 
     speed: float
     """Spindle speed w [rad/s]."""
-    not_looked_for: str | None
+    reason_not_covered: str | None
     """Reason why the search is not possible; None if it was made."""
     numbers: tuple[int, ...] = ()
     """Bunch sizes that were tried, the largest first."""
     states: tuple[Coexisting, ...] = ()
     """Bunches that were found, the largest first; the other balls rest on the rotor."""
-    elsewhere: tuple[Reach, ...] = ()
+    other_speed_ranges: tuple[BunchRange, ...] = ()
     """Speed ranges [rad/s] in which all balls can circulate, if they cannot at this speed."""
 
     def report(self) -> dict[str, Any]:
         """Return the result as JSON-able values in SI units."""
         return {
-            "not_looked_for": self.not_looked_for,
+            "reason_not_covered": self.reason_not_covered,
             "numbers": list(self.numbers),
             "states": [state.report() for state in self.states],
-            "elsewhere": [bunch.report() for bunch in self.elsewhere],
+            "other_speed_ranges": [bunch.report() for bunch in self.other_speed_ranges],
         }
 
 
 def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
-    """Return the bunches that can circulate in a scene in addition to its resting states.
+    """Return the stable bunches that can circulate in a scene, in addition to its resting states.
 
     Args:
         scene: scene; see ``equilibria_of`` for the scenes it covers.
@@ -104,31 +104,31 @@ def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
     """
     drive = drive_of(scene)
     if drive is None:
-        return CoexistingCirculation(speed, why_not(scene))
-    some = np.linspace(drive.balls, 1, min(drive.balls, MOST_NUMBERS))
-    numbers = tuple(int(round(x)) for x in some)
+        return CoexistingCirculation(speed, reason_not_covered(scene))
+    spaced = np.linspace(drive.balls, 1, min(drive.balls, MOST_NUMBERS))
+    numbers = tuple(int(round(x)) for x in spaced)
     bunches = [_confirmed(scene, drive, speed, count) for count in numbers]
     states = tuple(bunch for bunch in bunches if bunch is not None)
     all_circulate = bool(states) and states[0].bunch.count == drive.balls
-    elsewhere = () if all_circulate else tuple(reach_over_speed(drive, drive.balls))
-    return CoexistingCirculation(speed, None, numbers, states, elsewhere)
+    other_speed_ranges = () if all_circulate else tuple(speed_ranges(drive, drive.balls))
+    return CoexistingCirculation(speed, None, numbers, states, other_speed_ranges)
 
 
 def _confirmed(scene: Scene, drive: BunchDrive, speed: float, count: int) -> Coexisting | None:
     """Return a stable bunch of ``count`` balls; None if it does not exist or does not last."""
-    bunch = stalled(drive, speed, count, known_only=False)
+    bunch = stalled(drive, speed, count, valid_only=False)
     if bunch is None:
         return None
-    # The resting balls may sit in many ways, and a long beat takes long to integrate. Such a bunch
-    # is simulated instead.
+    # An exact solution needs the places of all resting balls, of which there are many, and a beat
+    # that is short enough to integrate. Other bunches are simulated instead.
     short = abs(speed) <= TURNS * abs(speed - bunch.speed)
     exact = _exact(scene, bunch) if count == drive.balls and short else None
     run_speed = None if exact else lasting_speed(scene, bunch)
     if run_speed is None if exact is None else not exact.stable:
         return None
-    over_speed = reach_over_speed(drive, count, also=(speed,))
-    over_drag = reach_over_drag(drive, speed, count)
-    ranges = _about(abs(speed), over_speed), _about(drive.drag, over_drag)
+    over_speed = speed_ranges(drive, count, also=(speed,))
+    over_drag = drag_ranges(drive, speed, count)
+    ranges = _containing(abs(speed), over_speed), _containing(drive.drag, over_drag)
     return Coexisting(bunch, exact, run_speed, *ranges)
 
 
@@ -143,5 +143,6 @@ def _exact(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
     return solution
 
 
-def _about(value: float, reaches: list[Reach]) -> Reach | None:
-    return next((reach for reach in reaches if reach.low <= value <= reach.high), None)
+def _containing(value: float, ranges: list[BunchRange]) -> BunchRange | None:
+    """Return the range that contains a value; None if none does."""
+    return next((range_ for range_ in ranges if range_.low <= value <= range_.high), None)

@@ -27,9 +27,11 @@ from ab_sim.scene.load import SceneLike, as_scene, check_scene
 from ab_sim.scene.model import Scene
 
 BASE, ALL = "no effects", "the scene's set"
+"""Names of the variants without effects, and with all effects and sensors."""
 MOST_STEPS = 10_000
 """Maximum number of steps of a timed run."""
 REPEATS = 15
+"""Default number of rounds in which all variants are timed."""
 OFF_AXIS = 2.5
 """Angle by which all balls are shifted if one starts at exactly 0 [rad].
 
@@ -42,6 +44,7 @@ class Variant:
     """Scene with some of its effects and sensors."""
 
     name: str
+    """Name in tables: the measured effect or sensor, or ``BASE`` or ``ALL``."""
     scene: Scene
     added: tuple[str, ...] = ()
     """Effects that are also enabled, because the measured one is invalid without them."""
@@ -52,12 +55,15 @@ class Quartiles(NamedTuple):
 
     median: float
     lower: float
+    """Lower quartile; a quarter of the repeats is below it."""
     upper: float
+    """Upper quartile; a quarter of the repeats is above it."""
     least: float
+    """Minimum."""
 
     @classmethod
     def of(cls, values: np.ndarray) -> "Quartiles":
-        """Compute the quartiles of repeats."""
+        """Return the quartiles of repeats, shape (repeats,)."""
         lower, median, upper = (float(x) for x in np.percentile(values, [25, 50, 75]))
         return cls(median, lower, upper, float(values.min()))
 
@@ -67,17 +73,23 @@ class VariantCost:
     """Measured cost of a variant."""
 
     name: str
+    """Name of the variant, see ``Variant``."""
     effects: tuple[str, ...]
+    """Effects that are enabled."""
     sensors: tuple[str, ...]
+    """Sensors that are enabled."""
     added: tuple[str, ...]
+    """Effects that are also enabled, because the measured one is invalid without them."""
     ns_per_step: Quartiles | None
     """CPU time per step [ns]; None if the variant cannot run, for the reason in ``failure``."""
     ratio: Quartiles | None
     """Ratio to the variant without effects, repeat by repeat."""
     events_per_1000_steps: float
+    """Number of located events per 1000 steps."""
     first_seconds: float
     """Time until the first step is done [s]: construction of the drive and its machine code."""
     failure: str = ""
+    """Error message of a variant that cannot run; otherwise empty."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,14 +99,21 @@ class EffectCost(Presented):
     _picture = "effect_cost"
 
     scene: str
+    """Name of the scene."""
     balls: int
+    """Number of balls."""
     stepper: str
+    """Name of the stepper of all variants."""
     step: float
+    """Step [s]."""
     turned: float
     """Shift of the balls' start angles from those of the scene [rad]."""
     steps_per_run: int
+    """Number of steps of a timed run."""
     repeats: int
+    """Number of rounds in which all variants were timed."""
     rows: tuple[VariantCost, ...]
+    """Costs of the variants, in their order."""
 
     def _facts(self) -> dict[str, str]:
         times = [row.ns_per_step.median for row in self.rows if row.ns_per_step is not None]
@@ -131,7 +150,7 @@ class EffectCost(Presented):
 
 
 def conditions() -> dict[str, Any]:
-    """Return machine, versions and date."""
+    """Return the conditions of a measurement, JSON-able: date, clock, machine and versions."""
     return {
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "version": __version__,
@@ -151,6 +170,7 @@ def conditions() -> dict[str, Any]:
 
 
 def _processor() -> str:
+    """Return the model name of the processor, from Linux if it reports one."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -185,28 +205,32 @@ def variants(scene: Scene, leave_one_out: bool = False) -> list[Variant]:
     """
     stepper = choose_stepper(scene, system_of(scene)).stepper.name
     effects, sensors = tuple(scene.effects), tuple(scene.sensors)
-    made_variants = [Variant(BASE, _with(scene, (), (), stepper))]
-    made_variants += [_alone(scene, name, stepper) for name in effects]
-    made_variants += [
-        Variant(f"sensor {name}", _with(scene, (), (name,), stepper)) for name in sensors
-    ]
-    made_variants.append(Variant(ALL, _with(scene, effects, sensors, stepper)))
+    result = [Variant(BASE, _with(scene, (), (), stepper))]
+    result += [_alone(scene, name, stepper) for name in effects]
+    result += [Variant(f"sensor {name}", _with(scene, (), (name,), stepper)) for name in sensors]
+    result.append(Variant(ALL, _with(scene, effects, sensors, stepper)))
     if leave_one_out:
         for name in effects:
             with contextlib.suppress(SceneError):  # another effect needs it
                 variant = _with(scene, _without(effects, name), sensors, stepper)
-                made_variants.append(Variant(f"all but {name}", variant))
+                result.append(Variant(f"all but {name}", variant))
         for name in sensors:
             variant = _with(scene, effects, _without(sensors, name), stepper)
-            made_variants.append(Variant(f"all but sensor {name}", variant))
-    return made_variants
+            result.append(Variant(f"all but sensor {name}", variant))
+    return result
 
 
 def _without(names: tuple[str, ...], name: str) -> tuple[str, ...]:
+    """Return the names except one."""
     return tuple(other for other in names if other != name)
 
 
 def _alone(scene: Scene, name: str, stepper: str) -> Variant:
+    """Return the variant with one effect and the fewest others without which it is invalid.
+
+    Raises:
+        SceneError: the effect is invalid with every combination of the others.
+    """
     others = [other for other in scene.effects if other != name]
     for count in range(len(others) + 1):
         for added in combinations(others, count):
@@ -221,6 +245,11 @@ def _alone(scene: Scene, name: str, stepper: str) -> Variant:
 
 
 def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper: str) -> Scene:
+    """Return the scene with these effects and sensors only, and with a stepper.
+
+    Raises:
+        SceneError: the scene is invalid, or the stepper cannot take its step.
+    """
     raw: dict[str, Any] = scene.as_mapping()
     for section, names in (("effects", effects), ("sensors", sensors)):
         raw[section] = {name: raw[section][name] for name in raw[section] if name in names}
@@ -231,7 +260,12 @@ def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper:
 
 
 class _Runner:
-    """Variant with a warmed-up drive, ready to be timed."""
+    """Variant with a warmed-up drive, ready to be timed.
+
+    Args:
+        variant: variant to be timed.
+        steps: number of steps of a run.
+    """
 
     def __init__(self, variant: Variant, steps: int) -> None:
         self.variant, self.steps = variant, steps
@@ -319,10 +353,11 @@ def effect_cost(
                 "nothing to compare with"
             )
     running = [runner for runner in runners if not runner.failure]
+    # Each round starts with another variant: a processor that slows down affects all alike.
     for turn in range(repeats):
         tell("measuring", turn, repeats)
-        for at in range(len(running)):
-            running[(turn + at) % len(running)].time_once()
+        for offset in range(len(running)):
+            running[(turn + offset) % len(running)].time_once()
     base = np.array(runners[0].nanoseconds)
     return EffectCost(
         scene.name,
@@ -337,6 +372,7 @@ def effect_cost(
 
 
 def _row(runner: _Runner, base: np.ndarray) -> VariantCost:
+    """Return the cost of a variant; ``base`` has the times of ``BASE`` [ns], shape (repeats,)."""
     times = np.array(runner.nanoseconds)
     return VariantCost(
         runner.variant.name,

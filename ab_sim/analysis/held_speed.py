@@ -43,7 +43,7 @@ def can_be_held(speed: float) -> bool:
 
 
 def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
-    """Return f of y' = f(t, y) at one spindle speed, with its exact Jacobian.
+    """Return the equations of motion y' = f(t, y) at one spindle speed, with the Jacobian of f.
 
     ``model.dynamics.system.has_spindle_angle(field.system)`` is True if f depends on t through the
     spindle angle. Otherwise there can be resting states.
@@ -67,10 +67,10 @@ def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
 
 
 def state_scale(system: System, length: float, speed: float) -> np.ndarray:
-    """Return magnitudes of the states, shape (states,).
+    """Return magnitudes of the states for scaling residuals and steps, shape (states,).
 
     Args:
-        system: system of equations.
+        system: equations of motion, which define the states.
         length: magnitude of the deck's displacement [m].
         speed: spindle speed w [rad/s], of either sign.
     """

@@ -22,7 +22,8 @@ from ab_sim.model.dynamics.assemble import linearised, system_of
 from ab_sim.model.dynamics.at_rest import MATTERS, Linearised
 from ab_sim.scene.model import Scene
 
-AVERAGE = "rotor and balls averaged over one turn; balls spread evenly, turning with the rotor"
+AVERAGING = "rotor and balls averaged over one turn; balls spread evenly, turning with the rotor"
+"""Note on the model of rotor and balls, for tables and pictures."""
 SPEEDS = 201
 """Number of spindle speeds in a Campbell diagram."""
 STRAIGHT = 0.01
@@ -126,12 +127,15 @@ class NaturalVibration(Presented):
     _picture = "modes"
 
     scene: str
+    """Name of the scene."""
     linearised: Linearised
+    """Equations of the deck around its rest position."""
     speed: float
-    """Speed of ``modes`` [rad/s]."""
+    """Spindle speed of ``modes`` [rad/s]."""
     modes: tuple[Mode, ...]
     """Modes by frequency, one per coordinate."""
     over_speed: Campbell
+    """Modes from 0 to ``spindle.max_speed``."""
 
     def _facts(self) -> dict[str, str]:
         frequencies = ", ".join(f"{mode.frequency:.4g}" for mode in self.modes)
@@ -163,7 +167,7 @@ class NaturalVibration(Presented):
             "coordinates": list(about.coordinates),
             "units": list(about.units),
             "rest": list(about.rest),
-            "average": AVERAGE,
+            "averaging": AVERAGING,
             "modes": [mode.report() for mode in self.modes],
             "over_speed": self.over_speed.report(),
             "version": __version__,
@@ -196,21 +200,29 @@ def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
     for branch in branches:
         above = np.array([mode.frequency for mode in branch]) - speeds
         for k in np.flatnonzero((above[:-1] * above[1:] < 0.0) | (above[1:] == 0.0)):
-            critical.append(_met(about, branch[k], float(speeds[k]), float(speeds[k + 1])))
+            critical.append(_critical(about, branch[k], float(speeds[k]), float(speeds[k + 1])))
     return Campbell(
         speeds, branches, tuple(sorted(critical, key=lambda speed_and_mode: speed_and_mode[0]))
     )
 
 
 def _followed(about: Linearised, before: tuple[Mode, ...], speed: float) -> tuple[Mode, ...]:
-    """Return the modes at a speed, in the order of the most similar modes at a nearby speed."""
+    """Return the modes at a speed [rad/s], in the order of the most similar modes ``before``.
+
+    All modes are assigned together, so that no two of them continue the same mode where branches
+    cross.
+    """
     modes = modes_of(about, speed)
     order = linear_sum_assignment(modal_assurance(about, before, modes), maximize=True)[1]
     return tuple(modes[k] for k in order)
 
 
-def _met(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float, Mode]:
-    """Locate the speed between two others at which a mode's frequency equals the speed."""
+def _critical(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float, Mode]:
+    """Locate the critical speed of a mode between two speeds [rad/s].
+
+    Returns:
+        The speed at which the mode's frequency equals the spindle's [rad/s], and the mode there.
+    """
 
     def at(speed: float) -> Mode:
         modes = modes_of(about, speed)
@@ -221,9 +233,10 @@ def _met(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float,
 
 
 def modal_assurance(about: Linearised, ones: Sequence[Mode], others: Sequence[Mode]) -> np.ndarray:
-    """Return the modal assurance criterion: 1 for modes of equal shape, 0 for orthogonal ones.
+    """Return the similarity of the shapes of modes: 1 if equal, 0 if orthogonal.
 
-    The result has shape (ones, others).
+    It is the modal assurance criterion, weighted by the mass matrix. The result has shape (ones,
+    others).
     """
     p, q = (np.array([mode.shape for mode in modes]) for modes in (ones, others))
     sizes = [np.einsum("ki,ij,kj->k", r.conj(), about.mass, r).real for r in (p, q)]
@@ -231,7 +244,10 @@ def modal_assurance(about: Linearised, ones: Sequence[Mode], others: Sequence[Mo
 
 
 def moving(about: Linearised, mode: Mode) -> tuple[str, ...]:
-    """Return the moving coordinates by falling kinetic energy."""
+    """Return the names of a mode's coordinates by falling kinetic energy.
+
+    Coordinates with a share of the energy below ``MATTERS`` are left out.
+    """
     energy = np.diag(about.mass) * np.abs(mode.shape) ** 2
     share = energy / energy.sum()
     return tuple(about.coordinates[k] for k in np.argsort(-share) if share[k] >= MATTERS)
@@ -254,12 +270,19 @@ def modes_of(about: Linearised, speed: float) -> tuple[Mode, ...]:
 
 
 Pair = tuple[complex, complex]
+"""Two eigenvalues of one mode [1/s]: conjugates, or two real ones, the slower first."""
 
 
 def _swinging(
     values: np.ndarray, shapes: np.ndarray, whirl: np.ndarray
 ) -> Iterator[tuple[Pair, np.ndarray]]:
-    """Yield conjugate eigenvalues with their shapes; split equal ones by sense of whirl."""
+    """Yield the oscillating modes: pairs of conjugate eigenvalues, each with its shape.
+
+    Args:
+        values: eigenvalues [1/s], shape (2 n,).
+        shapes: shapes in coordinates of equal energy, one per column, shape (n, 2 n).
+        whirl: matrix of the mean whirl in these coordinates, shape (n, n).
+    """
     for group in _equal(values, np.flatnonzero(values.imag > 0.0)):
         basis = _orthogonal(shapes[:, group])
         if len(group) > 1 and basis is not None:
@@ -272,7 +295,10 @@ def _swinging(
 
 
 def _creeping(values: np.ndarray, shapes: np.ndarray) -> Iterator[tuple[Pair, np.ndarray]]:
-    """Yield pairs of real eigenvalues with the most similar shapes, and the slower one's shape."""
+    """Yield the overdamped modes: pairs of real eigenvalues, each with the slower one's shape.
+
+    Eigenvalues with the most similar shapes form a pair. Arguments are those of ``_swinging``.
+    """
     real = np.flatnonzero(values.imag == 0.0)
     shapes = shapes.copy()
     for group in _equal(values, real):
@@ -290,7 +316,7 @@ def _creeping(values: np.ndarray, shapes: np.ndarray) -> Iterator[tuple[Pair, np
 
 
 def _equal(values: np.ndarray, among: np.ndarray) -> list[np.ndarray]:
-    """Return groups of indices of eigenvalues that are equal within rounding."""
+    """Return groups of indices, out of ``among``, of eigenvalues that are equal within rounding."""
     scale, groups, remaining = np.abs(values).max(), [], list(among)
     while remaining:
         near = [k for k in remaining if abs(values[k] - values[remaining[0]]) <= EQUAL * scale]
@@ -300,13 +326,19 @@ def _equal(values: np.ndarray, among: np.ndarray) -> list[np.ndarray]:
 
 
 def _orthogonal(shapes: np.ndarray) -> np.ndarray | None:
-    """Return an orthonormal basis of the shapes' span; None if they are linearly dependent."""
+    """Return an orthonormal basis of the span of shapes, which are columns, shape (n, m).
+
+    None if they are linearly dependent, as for a defective eigenvalue.
+    """
     basis, size, _ = np.linalg.svd(shapes, full_matrices=False)
     return basis if shapes.shape == basis.shape and size[-1] > 1e-6 else None
 
 
 def _whirling(about: Linearised) -> np.ndarray:
-    """Return the matrix H of a mode's mean whirl, q^H H q / q^H diag(M) q, shape (n, n)."""
+    """Return the Hermitian matrix H of the mean whirl, shape (n, n).
+
+    A mode of shape q has the degree of whirl q^H H q / q^H diag(M) q, see ``Mode.whirl``.
+    """
     matrix = np.zeros(about.mass.shape, complex)
     for x, y in about.across:
         matrix[x, y] = 1j * np.sqrt(about.mass[x, x] * about.mass[y, y])
@@ -315,6 +347,7 @@ def _whirling(about: Linearised) -> np.ndarray:
 
 
 def _mode(about: Linearised, pair: Pair, q: np.ndarray, speed: float) -> Mode:
+    """Return the mode with two eigenvalues and a shape q, scaled to a largest entry of 1."""
     whirl = (q.conj() @ _whirling(about) @ q).real / (np.diag(about.mass) @ np.abs(q) ** 2)
     size = np.abs(q)
     # Take the first of several equal entries, independent of rounding.

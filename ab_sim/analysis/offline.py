@@ -132,8 +132,8 @@ class OfflineRun(Presented):
             "final_whirl": self.metrics.final_whirl,
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
-            "decisions": list(map(_decided, self.decisions)),
-            "aborted": None if self.aborted is None else _decided(self.aborted),
+            "decisions": list(map(_reported, self.decisions)),
+            "aborted": None if self.aborted is None else _reported(self.aborted),
             "adaptive": None if self.adaptive is None else self.adaptive.report(),
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
@@ -183,18 +183,19 @@ def run_scene(
             f"{what} = {exact(end)} s: every step is kept, and with steps of {drive.step:g} s at "
             f"most {most:.10g} s fit; use a longer solver.step or a shorter run"
         )
+    # The run stops at the last step before each requested time, from which a sample is computed,
+    # and at the ends of ``parts`` equal blocks. 1e-9 of a step allows for rounded times.
     steps = math.ceil(end / drive.step - 1e-9)
-    stops = {math.floor(time / drive.step + 1e-9) for time in times}
-    stops |= {round(steps * part / parts) for part in range(1, parts + 1)} | {steps}
-    taken = [drive.present()]
-    at: dict[int, list[float]] = {}
+    times_by_stop: dict[int, list[float]] = {}
     for time in times:
-        at.setdefault(math.floor(time / drive.step + 1e-9), []).append(time)
+        times_by_stop.setdefault(math.floor(time / drive.step + 1e-9), []).append(time)
+    stops = {round(steps * part / parts) for part in range(1, parts + 1)} | {0, steps}
+    taken = [drive.present()]
     samples: dict[float, Observation] = {}
-    for stop in sorted(stops | {0}):
+    for stop in sorted(stops | times_by_stop.keys()):
         newest = drive.advance(stop - drive.steps)
         taken.append(newest)
-        for time in at.get(stop, ()):
+        for time in times_by_stop.get(stop, ()):
             samples[time] = drive.observe_at(max(time, drive.time))
         if progress is not None and len(newest):
             progress(drive, newest)
@@ -245,17 +246,22 @@ def compare_run(
     """
     period = balls = None
     if run.variable_speed_period is not None:
-        period = _beside(run, without_period, progress)
+        period = _compared(run, without_period, progress)
     if run.scene.balls.count:
-        balls = _beside(run, without_balls, progress)
+        balls = _compared(run, without_balls, progress)
     return Comparison(period, balls)
 
 
-def _beside(
+def _compared(
     run: OfflineRun,
     change: Callable[[Scene], Scene],
     progress: Callable[[Drive, Trajectory], None] | None,
 ) -> Compared | str:
+    """Run a changed copy of a run's scene with the same duration, stepper and step.
+
+    Returns:
+        Results of the run, or the error message if it failed.
+    """
     duration = float(run.trajectory["time"][-1])
     same = {"solver.stepper": run.stepper, "duration": duration}
     try:
@@ -267,11 +273,13 @@ def _beside(
     return Compared(other.metrics, path["time"].copy(), path.whirl, path["speed"].copy())
 
 
-def _decided(decided: TimedDecision) -> dict[str, Any]:
-    return {"t": decided.time, "text": decided.text}
+def _reported(decision: TimedDecision) -> dict[str, Any]:
+    """Return the time [s] and the text of a decision, JSON-able."""
+    return {"t": decision.time, "text": decision.text}
 
 
 def _sample(observation: Observation) -> dict[str, Any]:
+    """Return an observation as JSON-able values in SI units; absent quantities are left out."""
     place, velocity = observation.position.tolist(), observation.velocity.tolist()
     sample = {
         "t": observation.time,

@@ -53,7 +53,7 @@ STILL = 0.01
 It must stay there over the last stretch of the run.
 """
 LONGEST = 8.0
-"""Largest extension of a run that has not settled, as a multiple of the scene's duration."""
+"""Longest duration of a run that has not settled, as a multiple of the scene's duration."""
 _KEPT = ("time", "x", "y", "vx", "vy")
 """Channels of the deck on the axes that turn with the rotor.
 
@@ -150,6 +150,7 @@ def speed_change_of(scene: Scene) -> SpeedChangeProfile:
 
 
 def _check_length(scene: Scene, step: float) -> None:
+    """Refuse a scene whose longest run would have too many samples, with this step [s]."""
     most = MAX_VALUES / len(_KEPT) * step / LONGEST
     if scene.duration > most:
         raise InputError(
@@ -168,6 +169,7 @@ def _run(drive: Drive, end: float) -> np.ndarray:
 
 
 def _kept(run: Trajectory) -> np.ndarray:
+    """Return the channels ``_KEPT`` of a run, shape (samples, 5)."""
     turn = np.exp(-1j * run["angle"])
     place, velocity = run["x"] + 1j * run["y"], run["vx"] + 1j * run["vy"]
     u, rate = place * turn, (velocity - 1j * run["speed"] * place) * turn
@@ -181,21 +183,29 @@ def _judge(
     rests: bool,
     band: float,
 ) -> Recovery:
-    """Return the recovery of a run; ``rests`` is True if the run can have settled."""
+    """Return the recovery of a run, with ``rested_before`` not yet decided.
+
+    Args:
+        change: the scene's change of speed.
+        path: samples of ``_KEPT`` from the beginning of the change, shape (samples, 5).
+        state: resting state that the drive has reached; None if there is none.
+        rests: True if the drive may have come to rest.
+        band: half-width of the band around the steady whirl [m].
+    """
     run = Trajectory(_KEPT, path)
     time, whirl = run["time"], run.whirl
     steady = float(whirl[-1]) if state is None else state.W
-    peak, at = peak_whirl(run)
+    peak, peak_time = peak_whirl(run)
     settled = None
     if rests:
         settled = settled_at(run, steady, band)
         if time[-1] - settled < LAST * (time[-1] - change.start_time):
             settled = None
-    begins = at if peak > steady + band else change.start_time + change.duration
+    begins = peak_time if peak > steady + band else change.start_time + change.duration
     return Recovery(
         settling_time=None if settled is None else max(0.0, settled - begins),
         maximum_amplitude=peak,
-        peak_time=at,
+        peak_time=peak_time,
         settled_at=settled,
         steady_whirl=steady,
         label=None if state is None else state.label,
@@ -232,7 +242,13 @@ def nearest_state(
 
 
 def settled_at(run: Trajectory, steady: float, band: float) -> float:
-    """Return the time from which the whirl is within the band [s], interpolated."""
+    """Return the time from which the whirl stays within a band [s], interpolated between samples.
+
+    Args:
+        run: samples with positions and velocities on the rotating axes.
+        steady: middle of the band [m].
+        band: half-width of the band [m].
+    """
     time, whirl = run["time"], run.whirl
     outside = np.flatnonzero(np.abs(whirl - steady) > band)
     if len(outside) == 0:
@@ -249,7 +265,7 @@ def settled_at(run: Trajectory, steady: float, band: float) -> float:
 
 
 def _rests(path: np.ndarray, band: float) -> bool:
-    """Return whether the whirl stays within a band over the last stretch."""
+    """Return whether the whirl in ``_KEPT`` samples stays in a band [m] over the last stretch."""
     last = path[-last_stretch(len(path)) :]
     return bool(np.ptp(np.hypot(last[:, 1], last[:, 2])) <= 2.0 * band)
 
@@ -257,6 +273,7 @@ def _rests(path: np.ndarray, band: float) -> bool:
 DRAGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 """Drags [N s/m] that reproduce the figures of relative-stability, which does not state any."""
 DRAG = "effects.viscous_drag.coefficient"
+"""Key of the drag."""
 
 
 @dataclass(frozen=True)
@@ -281,20 +298,23 @@ class RecoveryOverDrag(Presented):
     _picture = "recovery"
 
     scene: str
+    """Name of the scene."""
     from_speed: float
     to_speed: float
-    """Final speed [rad/s]; ``from_speed`` is the initial one."""
+    """Final spindle speed [rad/s]; ``from_speed`` is the initial one."""
     band: float
     """Half-width of the band around the steady whirl [m]."""
     balls: int
-    together: bool
-    """True if balls start at one angle, where equal balls stay together."""
+    """Number of balls."""
+    balls_coincide: bool
+    """True if equal balls start at one angle: they stay together in a simulation."""
     drag: float
     """Drag of the scene [N s/m]."""
-    own: Recovery
+    at_scene_drag: Recovery
+    """Recovery at ``drag``."""
     drags: tuple[float, ...]
-    """Drags [N s/m], rising."""
-    over: tuple[Recovery, ...]
+    """Drags [N s/m], in the order requested."""
+    at_drags: tuple[Recovery, ...]
     """Recovery at each of ``drags``."""
     one_ball: tuple[Recovery, ...] | None
     """Recovery with one ball that has the mass of all balls.
@@ -306,30 +326,30 @@ class RecoveryOverDrag(Presented):
     @property
     def composite(self) -> Composite | None:
         """Composite index over ``drags``; None if the whirl settles at no drag."""
-        return composite_of(self.over)
+        return composite_of(self.at_drags)
 
     @property
     def best_drag(self) -> float | None:
         """Drag with the smallest composite index [N s/m]."""
-        return _best(self.drags, self.over)
+        return _best(self.drags, self.at_drags)
 
     def _facts(self) -> dict[str, str]:
         return {
             "scene": self.scene,
             "speed": f"{self.from_speed:g} to {self.to_speed:g} rad/s",
-            "settling time": number(self.own.settling_time, "s"),
-            "amplitude": number(self.own.maximum_amplitude, "m"),
+            "settling time": number(self.at_scene_drag.settling_time, "s"),
+            "amplitude": number(self.at_scene_drag.maximum_amplitude, "m"),
             "best drag": number(self.best_drag, "N s/m"),
         }
 
     def _columns(self) -> Columns:
         """Return a row per run: all balls, then one ball; each with the scene's drag first."""
         drags = (self.drag, *self.drags)
-        runs = (self.own, *self.over, *(self.one_ball or ()))
-        ways = len(runs) // len(drags)
+        runs = (self.at_scene_drag, *self.at_drags, *(self.one_ball or ()))
+        groups = len(runs) // len(drags)
         return {
-            "balls": Column("1", [n for n in (self.balls, 1)[:ways] for _ in drags]),
-            "drag": Column("N s/m", [*drags] * ways),
+            "balls": Column("1", [n for n in (self.balls, 1)[:groups] for _ in drags]),
+            "drag": Column("N s/m", [*drags] * groups),
             "settling_time": Column("s", [run.settling_time for run in runs]),
             "maximum_amplitude": Column("m", [run.maximum_amplitude for run in runs]),
             "lambda_max": Column("1/s", [run.lambda_max for run in runs]),
@@ -347,8 +367,8 @@ class RecoveryOverDrag(Presented):
             "band": self.band,
             "balls": self.balls,
             "drag": self.drag,
-            **self.own._asdict(),
-            "over_drag": _over(self.drags, self.over),
+            **self.at_scene_drag._asdict(),
+            "over_drag": _over(self.drags, self.at_drags),
             "best_drag": self.best_drag,
             "one_ball": None
             if one is None
@@ -362,6 +382,7 @@ class RecoveryOverDrag(Presented):
 
 
 def _best(drags: Sequence[float], recoveries: Sequence[Recovery]) -> float | None:
+    """Return the drag with the smallest composite index [N s/m]; None if no run settles."""
     composite = composite_of(recoveries)
     return None if composite is None else drags[composite.best]
 
@@ -404,13 +425,13 @@ def recovery_over_drag(
     if scene.balls.count == 0:
         raise SceneError("balls.count = 0: must be at least 1 for a recovery over drag")
     drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0
-    ways = [scene] if scene.balls.count == 1 else [scene, in_one_ball(scene)]
-    work = [scene for way in ways for scene in (way, *(with_drag(way, drag) for drag in drags))]
+    bases = [scene] if scene.balls.count == 1 else [scene, in_one_ball(scene)]
+    work = [case for base in bases for case in (base, *(with_drag(base, d) for d in drags))]
     recoveries = []
-    for done, scene_ in enumerate(work):
+    for done, case in enumerate(work):
         if tell is not None:
-            tell(_named(scene_), done, len(work))
-        recoveries.append(kept_recovery(scene_, band))
+            tell(_task(case), done, len(work))
+        recoveries.append(kept_recovery(case, band))
     several = 1 + len(drags)
     return RecoveryOverDrag(
         scene.name,
@@ -433,6 +454,7 @@ def kept_recovery(scene: Scene, band: float = BAND) -> Recovery:
 
 
 def _recovered(scene: Scene, band: float) -> dict[str, Any]:
+    """Return ``recover`` as JSON-able values, for the cache."""
     return recover(scene, band)._asdict()
 
 
@@ -461,15 +483,17 @@ def in_one_ball(scene: Scene) -> Scene:
     return changed_scene(scene, changes, "one ball")
 
 
-def _named(scene: Scene) -> str:
+def _task(scene: Scene) -> str:
+    """Return the number of balls and the drag as the name of a task for progress."""
     drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0
     return f"{scene.balls.count} balls, drag {drag:g} N s/m"
 
 
 def _over(drags: Sequence[float], recoveries: Sequence[Recovery]) -> list[dict[str, Any]]:
+    """Return a JSON-able row for each drag, with its recovery and its composite index."""
     composite = composite_of(recoveries)
-    index = (None,) * len(drags) if composite is None else composite.index
+    indices = (None,) * len(drags) if composite is None else composite.index
     return [
-        {"drag": drag, **recovery._asdict(), "composite_index": at}
-        for drag, recovery, at in zip(drags, recoveries, index, strict=True)
+        {"drag": drag, **recovery._asdict(), "composite_index": index}
+        for drag, recovery, index in zip(drags, recoveries, indices, strict=True)
     ]

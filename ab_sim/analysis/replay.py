@@ -23,7 +23,7 @@ def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str
     Args:
         sample: value of each channel, see ``Trajectory``.
         balls: number of balls.
-        tilts: whether the deck moves in space.
+        tilts: whether the deck moves in space; its sample then has tilt and height as well.
 
     Raises:
         InputError: a channel is missing or not finite; the message names it.
@@ -130,7 +130,13 @@ class ReplayedDrive:
         return Trajectory(run.channels, np.column_stack(columns))
 
     def _run(self, steps: np.ndarray, commands: np.ndarray, until: int) -> Trajectory:
-        """Apply commands at these steps; return the present sample and all until ``until``."""
+        """Apply commands and return the samples from the previous one to a step.
+
+        Args:
+            steps: steps before which the commands are given, shape (commands,).
+            commands: commands [rad/s], same shape; NaN keeps the previous command.
+            until: step of the last sample.
+        """
         drive, parts = self.drive, [self._last]
         # Without a command, the previous one stays in force.
         held = np.maximum.accumulate(np.where(np.isnan(commands), -1, np.arange(len(commands))))

@@ -34,8 +34,8 @@ class Rest(NamedTuple):
         if not self.place.any():
             return trajectory
         samples = trajectory.samples.copy()
-        for axis, hangs in zip("xyz", self.place, strict=True):
-            samples[:, column_of(axis, trajectory.channels)] -= hangs
+        for axis, offset in zip("xyz", self.place, strict=True):
+            samples[:, column_of(axis, trajectory.channels)] -= offset
         return Trajectory(trajectory.channels, samples)
 
     def tilt_from(self, trajectory: Trajectory) -> np.ndarray:
@@ -62,5 +62,5 @@ def rest_of(scene: Scene) -> Rest:
 
 
 def from_rest(trajectory: Trajectory, scene: Scene) -> Trajectory:
-    """Return the run with displacements relative to the deck's rest position."""
+    """Return the run with displacements relative to the scene's rest position of the deck."""
     return rest_of(scene).counted_from(trajectory)

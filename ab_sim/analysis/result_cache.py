@@ -100,17 +100,21 @@ class ResultCache:
     def _key_and_file(
         self, scene: Scene, numbers: Mapping[str, Any], modules: Iterable[str] = ()
     ) -> tuple[str, Path | None]:
-        """Return all inputs of a result as a key, and the file named by it."""
+        """Return the key of a result, a hash of all its inputs, and the file named by it.
+
+        The key is empty if the sources cannot be determined; the file is None if there is no place
+        for it.
+        """
         what = f"{self._function.__module__}.{self._function.__qualname__}"
         effects = (type(effect).__module__ for effect in scene.effects.values())
         try:
-            made_of = sources_and_versions(
+            origins = sources_and_versions(
                 frozenset([self._function.__module__, *effects, *modules])
             )
         except NotOfSources as reason:
             _say(f"results are not cached: {reason}")
             return "", None
-        content = [what, scene.as_mapping(), numbers, __version__, made_of]
+        content = [what, scene.as_mapping(), numbers, __version__, origins]
         key = hashlib.sha256(_canonical(content).encode()).hexdigest()
         if self._folder is None:
             return key, None
@@ -154,6 +158,7 @@ def _seal(key: str, result: Result) -> str:
 
 
 def _canonical(value: Any) -> str:
+    """Return JSON that is equal for equal values: sorted keys, no spaces; it refuses NaN."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
@@ -172,7 +177,8 @@ class PointCheckpoint:
 
     Args:
         function: module-level function that computes the values; it names the checkpoint.
-        scene, numbers: further parts of the key; ``numbers`` is JSON-able.
+        scene: scene on which the values depend.
+        numbers: further JSON-able arguments on which they depend, by name.
     """
 
     def __init__(self, function: Callable[..., Any], scene: Scene, numbers: dict[str, Any]) -> None:

@@ -73,12 +73,18 @@ def peaks_between(
 def _cubic(
     first: np.ndarray, last: np.ndarray, leaves: np.ndarray, arrives: np.ndarray
 ) -> list[np.ndarray]:
-    """Return the coefficients of 1, s, s^2, s^3 of the cubic Hermite interpolant on [0, 1]."""
+    """Return the coefficients of 1, s, s^2, s^3 of the cubic Hermite interpolant on [0, 1].
+
+    Args:
+        first, last: values at s = 0 and s = 1, any shape.
+        leaves, arrives: derivatives by s there, same shape.
+    """
     way = last - first
     return [first, leaves, 3.0 * way - 2.0 * leaves - arrives, leaves + arrives - 2.0 * way]
 
 
 def _value(coefficients: Sequence[np.ndarray] | np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return polynomials with coefficients of 1, s, s^2, ... at s = ``at`` (Horner's scheme)."""
     values = np.zeros(at.shape)
     for coefficient in reversed(coefficients):
         values = values * at + coefficient
@@ -89,8 +95,13 @@ def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
     """Return roots in [0, 1] at which polynomials change from positive to negative.
 
     Newton's method takes a bisection step when it would leave the bracket. The number of steps is
-    fixed, so that a result does not depend on the other polynomials. The result has the shape of a
-    coefficient.
+    fixed, so that a result does not depend on the other polynomials.
+
+    Args:
+        coefficients: coefficients of 1, s, s^2, ..., shape (degree + 1, polynomials).
+
+    Returns:
+        Roots, shape (polynomials,).
     """
     derived = [k * coefficient for k, coefficient in enumerate(coefficients)][1:]
     low, high = np.zeros(coefficients.shape[1]), np.ones(coefficients.shape[1])
@@ -99,8 +110,8 @@ def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
         value, rate = _value(coefficients, at), _value(derived, at)
         low, high = np.where(value > 0.0, at, low), np.where(value > 0.0, high, at)
         with np.errstate(divide="ignore", invalid="ignore"):
-            there = at - value / rate
-        at = np.where((there >= low) & (there <= high), there, 0.5 * (low + high))
+            newton = at - value / rate
+        at = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
     return at
 
 
@@ -131,6 +142,8 @@ def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
     length = float(time[k] - time[k - 1])
     angles, rates = trajectory.ball_angles, length * trajectory.ball_rates
     path = _cubic(angles[k - 1], angles[k], rates[k - 1], rates[k])
+    # Bisect to neighbouring floating-point numbers. The largest of the cubics has kinks, on which
+    # Newton's method may fail.
     before, after = 0.0, 1.0
     while before < (between := 0.5 * (before + after)) < after:
         if np.max(_value(path, np.full(trajectory.balls, between))) > -math.pi:
@@ -224,4 +237,5 @@ def net_unbalance(trajectory: Trajectory, scene: Scene) -> np.ndarray:
 
 
 def _known(value: float) -> float | None:
+    """Return an estimate; None if it is not yet known, which is infinite or NaN."""
     return value if math.isfinite(value) else None

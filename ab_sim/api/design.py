@@ -156,7 +156,7 @@ def tune(
     -------
     Tuning
         ``values`` by key, ``best``, the metric there, and ``scene``, to run it; None and empty if
-        no run has settled and kept all bounds. ``beside``, ``before``, ``active``: results near
+        no run has settled and kept all bounds. ``nearby``, ``before``, ``active``: results near
         the best, result of the original scene, and active bounds. ``runs``, a Sweep of all.
 
     Raises

@@ -7,22 +7,22 @@ from numpy.typing import ArrayLike
 
 from ab_sim.analysis.equilibria import Equilibria, equilibria_of, kept_branches
 from ab_sim.analysis.floquet import STARTS, Followed, follow, held_speed, solutions_of
+from ab_sim.analysis.floquet.follow import SPEED, case_of
 from ab_sim.analysis.held_speed import as_speed
 from ab_sim.analysis.maps import stability
 from ab_sim.analysis.maps.plane import COUNT, Axis, Plane, axis
+from ab_sim.analysis.maps.refine import check_coarse
 from ab_sim.analysis.maps.stability import COARSE, StabilityMap
 from ab_sim.analysis.modes import NaturalVibration, vibration_of
 from ab_sim.analysis.recovery import BAND, DRAGS, RecoveryOverDrag, recovery_over_drag
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import Progress
-from ab_sim.scene.load import SceneLike, as_scene, changed_scene
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 
 SPEEDS = 120
 """Number of evenly spaced speeds at which the stability of branches is computed."""
-SPEED = "speed"
-"""Name of the spindle's speed among the keys of parameters."""
 
 
 def equilibria(scene: SceneLike, speed: float | None = None) -> Equilibria:
@@ -207,7 +207,7 @@ def follow_floquet(
     --------
     >>> import ab_sim
     >>> result = ab_sim.follow_floquet("nsc-case-1", "speed", [300.0, 310.0])
-    >>> [point.found.verdict for point in result.points], result.borders
+    >>> [point.solution.verdict for point in result.points], result.borders
     (['stable', 'stable'], ())
     """
     checked_scene, wanted = as_scene(scene), [float(value) for value in values]
@@ -222,16 +222,7 @@ def follow_floquet(
         if speed is None
         else as_speed(speed, checked_scene)
     )
-    whole = all(value.is_integer() for value in wanted)
-
-    def case(value: float) -> tuple[Scene, float]:
-        if key == SPEED:
-            return checked_scene, as_speed(value, checked_scene)
-        # A count must be an integer.
-        number = int(value) if whole and value.is_integer() else value
-        return changed_scene(checked_scene, {key: number}, f"{key} = {number:g}"), at
-
-    case(wanted[0]), case(wanted[-1])
+    case = case_of(checked_scene, key, wanted, at, f"{key} = ")
     return follow(key, case, wanted, tuple(STARTS), progress or (lambda done: None))
 
 
@@ -296,7 +287,7 @@ def recovery(
     Returns
     -------
     RecoveryOverDrag
-        ``own``, at the scene's own drag, and ``over``, at each of ``drags``: settling time [s] and
+        ``at_scene_drag``, and ``at_drags``, one for each of ``drags``: settling time [s] and
         largest whirl [m]; ``best_drag`` [N s/m]; ``one_ball``, the same with all balls in one.
 
     Raises
@@ -316,7 +307,7 @@ def recovery(
     --------
     >>> import ab_sim
     >>> result = ab_sim.recovery("nsc-case-1", drags=[0.2, 0.4])
-    >>> result.best_drag, round(result.own.settling_time, 2)
+    >>> result.best_drag, round(result.at_scene_drag.settling_time, 2)
     (0.2, 2.03)
     """
     return recovery_over_drag(as_scene(scene), tuple(drags), progress, band)
@@ -384,8 +375,7 @@ def stability_map(
     ((3, 6), False, True)
     """
     checked_scene = as_scene(scene)
-    if coarse < 1 or coarse & (coarse - 1):
-        raise InputError(f"coarse = {coarse!r}: must be a power of two: 1, 2, 4, 8, ...")
+    check_coarse(coarse, f"coarse = {coarse!r}")
     first, second = _axis(across), _axis(up)
     if first.key == second.key:
         raise InputError(f"{first.key}: is on both axes; a map needs two parameters")

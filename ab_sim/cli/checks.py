@@ -145,5 +145,5 @@ def outcome_notes(sweep: "Sweep") -> Iterator[str]:
     for verdict, note in notes.items():
         if verdict.value in sweep.outcomes:
             yield f"{verdict.value}: {note}"
-    if sweep.together:
-        yield sweep.together
+    if sweep.start_warning:
+        yield sweep.start_warning

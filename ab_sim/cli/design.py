@@ -178,7 +178,7 @@ def _tuning_shown(tuning: Tuning) -> Iterator[Table | str]:
         yield f"without a variable-speed period, the scene is as good or better: {none}"
     for name, metric, inside_ in tuning.before:
         yield f"  the scene {name}: {_aim_text(metric, factor, inside_)}"
-    for key, value, metric, inside_ in tuning.beside:
+    for key, value, metric, inside_ in tuning.nearby:
         yield f"  at {tuning.runs.setting(key, value)}: {_aim_text(metric, factor, inside_)}"
     if tuning.active:
         yield f"at an end of its range or a bound that limits it: {', '.join(tuning.active)}"
@@ -419,8 +419,8 @@ def size_command(options: SizeOptions) -> Command:
 def _sizing_shown(sizing: Sizing) -> Iterator[Table | str]:
     yield _candidates(sizing)
     for candidate in sizing.candidates:
-        if candidate.why_not is not None:
-            yield f"{candidate.count} balls: {candidate.why_not}"
+        if candidate.reason_unsuitable is not None:
+            yield f"{candidate.count} balls: {candidate.reason_unsuitable}"
     for count, runs in sizing.tried:
         share = f"{100 * runs.share.value:.1f} %"
         yield f"{count} balls: enough by the prediction, but only {share} of the runs balance"

@@ -200,14 +200,14 @@ def _shown(row: Row, scene: Scene, cells: Sequence[str]) -> bool:
     """Return whether a row applies to the scene, or has a value that says something."""
     if row.applies is not None:
         return row.applies(scene)
-    return row.says(cells)
+    return row.has_content(cells)
 
 
 def _notes(row: Row, cells: Sequence[str]) -> Iterator[str]:
     """Yield the notes of a row for the caption."""
     if row.note:
         yield row.note
-    if row.caution and row.says(cells):
+    if row.caution and row.has_content(cells):
         yield f"{row.caution[0].upper()}{row.caution[1:]}."
 
 

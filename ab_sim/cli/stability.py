@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 from rich.table import Table
 
-from ab_sim.analysis.circulating import Reach
-from ab_sim.analysis.circulating.reach import END, SWING
+from ab_sim.analysis.circulating import BunchRange
+from ab_sim.analysis.circulating.ranges import LARGE_SWING, SEARCH_END
 from ab_sim.analysis.coexisting import (
     Coexisting,
     CoexistingCirculation,
@@ -36,7 +36,8 @@ from ab_sim.analysis.maps.family import (
     values_of,
 )
 from ab_sim.analysis.maps.plane import Plane, axes_of
-from ab_sim.analysis.maps.stability import StabilityMap, stability_map
+from ab_sim.analysis.maps.refine import check_coarse
+from ab_sim.analysis.maps.stability import COARSE, StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import CIRCULATES, NOT_KNOWN, name_of
 from ab_sim.api.resting import speeds_of_branches
 from ab_sim.base.errors import DivergedError, InputError, SceneError
@@ -127,15 +128,15 @@ def _beyond_linear(scene: Scene, speed: float, state: RestingState) -> dict[str,
     """Return what the linear stability of a resting state leaves open, for the JSON.
 
     Returns:
-        ``comes_back``: whether an undecided state returns after disturbances; ``held_by_friction``:
+        ``returns``: whether an undecided state returns after disturbances; ``held_by_friction``:
         for each ball the range of angles in which friction holds it [rad]. None: not computed.
     """
-    comes_back, held = None, None
+    returns, held = None, None
     if state.stable is None and speed:
         try:
-            comes_back = settles(scene, speed, state).stable
+            returns = settles(scene, speed, state).stable
         except DivergedError:
-            comes_back = False
+            returns = False
         except InputError:
             pass  # The speed is too low to simulate the necessary turns.
     if speed and any("friction" in name for name in scene.effects):
@@ -143,7 +144,7 @@ def _beyond_linear(scene: Scene, speed: float, state: RestingState) -> dict[str,
             held = [[interval.low, interval.high] for interval in sticking(scene, speed, state)]
         except SceneError:
             pass  # Unknown if an effect shifts the resting states, as a race's runout does.
-    return {"comes_back": comes_back, "held_by_friction": held}
+    return {"returns": returns, "held_by_friction": held}
 
 
 def equilibria_table(scene: Scene, equilibria: Equilibria) -> Table:
@@ -216,7 +217,7 @@ def _disturbance_notes(
         if state.stable is None:
             yield (
                 f"{state.label}: undecided, because the largest growth rate is 0 within rounding; "
-                f"of motions disturbed along each coordinate {answers[more['comes_back']]}"
+                f"of motions disturbed along each coordinate {answers[more['returns']]}"
             )
     for state, more in zip(equilibria.branches, disturbed, strict=True):
         if more["held_by_friction"] is not None:
@@ -261,9 +262,9 @@ def circulation_lines(
         balls: number of balls of the scene.
         stable: labels of the resting states that are stable at the speed.
     """
-    if circulation.not_looked_for is not None:
+    if circulation.reason_not_covered is not None:
         if balls:
-            yield f"circulating balls were not searched for: {circulation.not_looked_for}"
+            yield f"circulating balls were not searched for: {circulation.reason_not_covered}"
         return
     if circulation.states:
         resting = "; ".join(f"{label}: stable" for label in stable)
@@ -274,7 +275,7 @@ def circulation_lines(
         yield f"no bunch of balls circulates at {circulation.speed:g} rad/s"
     if len(circulation.numbers) < balls:
         yield f"  searched for: bunches of {', '.join(map(str, circulation.numbers))} balls"
-    for bunch in circulation.elsewhere:
+    for bunch in circulation.other_speed_ranges:
         denied = ""
         if bunch.low <= abs(circulation.speed) <= bunch.high:
             denied = f"; at {circulation.speed:g} rad/s the full equations do not confirm this"
@@ -293,7 +294,7 @@ def _line(coexisting: Coexisting, balls: int) -> str:
     return "; ".join([summary, *reach])
 
 
-def _range(reach: Reach, unit: str, what: str) -> str:
+def _range(reach: BunchRange, unit: str, what: str) -> str:
     """Return the range in which a bunch circulates, in words.
 
     Args:
@@ -301,10 +302,12 @@ def _range(reach: Reach, unit: str, what: str) -> str:
         unit: unit of its values.
         what: quantity, at the beginning of the text. An end of the searched range is omitted.
     """
-    low = "" if reach.low_end == END else f" from {reach.low:.4g}"
-    high = "" if reach.high_end == END else f" to {reach.high:.4g}"
+    low = "" if reach.low_end == SEARCH_END else f" from {reach.low:.4g}"
+    high = "" if reach.high_end == SEARCH_END else f" to {reach.high:.4g}"
     unknown = [
-        side for side, end in (("below", reach.low_end), ("above", reach.high_end)) if end == SWING
+        side
+        for side, end in (("below", reach.low_end), ("above", reach.high_end))
+        if end == LARGE_SWING
     ]
     text = f"{what}{low}{high} {unit}" if low or high else f"{what} of any size"
     return f"{text} (not known {' and '.join(unknown)})" if unknown else text
@@ -324,9 +327,8 @@ def stability_command(options: StabilityOptions) -> Command:
         return _basin_command(options, options.basin)
     if options.map is None:
         return equilibria_command(options)
-    coarse = 8 if options.coarse is None else options.coarse
-    if coarse < 1 or coarse & (coarse - 1):
-        raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
+    coarse = COARSE if options.coarse is None else options.coarse
+    check_coarse(coarse, f"--coarse {coarse}")
     family_of = None if options.each is None else values_of(options.each)
     across, up = axes_of(options.map)
     scene = load_scene(options.scene, options.change)
@@ -419,7 +421,7 @@ def map_table(stable_map: StabilityMap) -> Table:
 
 def circulation_line(stable_map: StabilityMap) -> str:
     """Return a line on circulating balls in a map."""
-    reason = stable_map.circulation_not_looked_for
+    reason = stable_map.reason_not_covered
     if reason is not None:
         return f"circulating balls were not searched for: {reason}"
     all_, beside = (stable_map.circulating == CIRCULATES).mean(), stable_map.coexisting.mean()

@@ -16,8 +16,8 @@ from ab_sim.analysis.floquet import (
     none_found,
     solutions_of,
 )
-from ab_sim.analysis.floquet.follow import Case
-from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, NaturalVibration, moving, vibration_of
+from ab_sim.analysis.floquet.follow import SPEED, Case, case_of
+from ab_sim.analysis.modes import AVERAGING, ZERO, Mode, NaturalVibration, moving, vibration_of
 from ab_sim.analysis.recovery import (
     LONGEST,
     Recovery,
@@ -28,14 +28,12 @@ from ab_sim.analysis.recovery import (
 from ab_sim.base.errors import InputError
 from ab_sim.base.numbers import number_in, whole_number_in
 from ab_sim.base.presentation import NOTATION, Progress, in_one_turn
-from ab_sim.base.yaml_files import read_yaml
 from ab_sim.cli.analysis_commands import FloquetOptions, ModesOptions, RecoveryOptions
 from ab_sim.cli.checks import check_speed
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.runner import Command, Draw, Outcome, picture
 from ab_sim.model.dynamics.assemble import free_coordinates, system_of
 from ab_sim.scene import Scene, load_scene
-from ab_sim.scene.load import changed_scene
 
 
 def modes_command(options: ModesOptions) -> Command:
@@ -82,7 +80,7 @@ def _damping(mode: Mode, rounding: float) -> str:
 def _modes_shown(vibration: NaturalVibration) -> Iterator[Table | str]:
     yield modes_table(vibration)
     about, over_speed = vibration.linearised, vibration.over_speed
-    yield f"undamped frequencies; {AVERAGE}"
+    yield f"undamped frequencies; {AVERAGING}"
     if not about.stiffness.any():
         yield (
             "nothing holds the deck at its rest position: no suspension or mount of the scene has "
@@ -97,8 +95,6 @@ def _modes_shown(vibration: NaturalVibration) -> Iterator[Table | str]:
     )
 
 
-SPEED = "speed"
-"""Name of the spindle's speed among the keys of parameters."""
 MOST_VALUES = 10_000
 """Largest number of values of ``--over``."""
 
@@ -143,7 +139,7 @@ def _follow(
 
 def _draw(stabilities: list[Stability], followed: Followed | None) -> Draw | None:
     """Return the function that draws the result; None if there is nothing to draw."""
-    if followed is not None and any(point.found is not None for point in followed.points):
+    if followed is not None and any(point.solution is not None for point in followed.points):
         return picture("followed", followed)
     if followed is None and stabilities:
         return picture("periodic_solutions", stabilities)
@@ -172,21 +168,10 @@ def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.
             f"within 2 to {MOST_VALUES}"
         )
     values = np.linspace(low, high, count)
-    if key == SPEED:
-        if speed is not None:
-            raise InputError("--speed and --over speed=...: give one of them")
-        return key, lambda value: (scene, value), values
-    at = held_speed(scene) if speed is None else speed
-    whole = bool(np.all(values == np.round(values)))
-
-    def case(value: float) -> tuple[Scene, float]:
-        number = int(value) if whole and value == round(value) else value
-        # The value as a scene's file would contain it.
-        parsed = read_yaml(str(number)) if isinstance(number, int) else number
-        return changed_scene(scene, {key: parsed}, f"--over {key}={number:g}"), at
-
-    case(float(values[0])), case(float(values[-1]))
-    return key, case, values
+    if key == SPEED and speed is not None:
+        raise InputError("--speed and --over speed=...: give one of them")
+    at = 0.0 if key == SPEED else held_speed(scene) if speed is None else speed
+    return key, case_of(scene, key, values.tolist(), at, f"--over {key}="), values
 
 
 def solutions_table(scene: Scene, speed: float, stabilities: list[Stability]) -> Table:
@@ -248,26 +233,26 @@ def _notes(scene: Scene, stabilities: list[Stability]) -> Iterator[str]:
 
 def _borders(followed: Followed) -> Iterator[str]:
     """Yield lines on the borders of stability over the followed parameter."""
-    missing = [point.value for point in followed.points if point.found is None]
+    missing = [point.value for point in followed.points if point.solution is None]
     if missing:
         yield (
-            f"{followed.over}: none found at {len(missing)} of {len(followed.points)} values, "
+            f"{followed.key}: none found at {len(missing)} of {len(followed.points)} values, "
             f"from {min(missing):g} to {max(missing):g}"
         )
     for border in followed.borders:
         side = "below" if border.stable_below else "above"
         mu = border.multiplier
         yield (
-            f"{followed.over}: border at {border.value:.9g}, stable {side} it; the multiplier is "
+            f"{followed.key}: border at {border.value:.9g}, stable {side} it; the multiplier is "
             f"{mu.real:.4g} +- {abs(mu.imag):.4g}i there"
         )
-    verdicts = {point.found.verdict for point in followed.points if point.found is not None}
+    verdicts = {point.solution.verdict for point in followed.points if point.solution is not None}
     if not followed.borders and len(verdicts) == 1:
-        yield f"{followed.over}: no border; {verdicts.pop()} throughout"
+        yield f"{followed.key}: no border; {verdicts.pop()} throughout"
     for one, other in followed.unlocated:
-        before, after = (point.found.verdict if point.found else "" for point in (one, other))
+        before, after = (point.solution.verdict if point.solution else "" for point in (one, other))
         yield (
-            f"{followed.over}: from {before} at {one.value:g} to {after} at {other.value:g}; the "
+            f"{followed.key}: from {before} at {one.value:g} to {after} at {other.value:g}; the "
             "border between them was not located"
         )
 
@@ -344,10 +329,10 @@ def _text(value: float | None) -> str:
 
 
 def _recovery_shown(results: RecoveryOverDrag) -> Iterator[Table | str]:
-    yield recovery_table(results, results.balls, (results.own, *results.over))
+    yield recovery_table(results, results.balls, (results.at_scene_drag, *results.at_drags))
     if results.one_ball is not None:
         yield recovery_table(results, 1, results.one_ball)
-    runs = (results.own, *results.over, *(results.one_ball or ()))
+    runs = (results.at_scene_drag, *results.at_drags, *(results.one_ball or ()))
     if results.best_drag is not None and results.composite is not None:
         yield (
             f"best of these drags: {results.best_drag:g} N s/m, where the composite index is "
@@ -364,7 +349,7 @@ def _recovery_shown(results: RecoveryOverDrag) -> Iterator[Table | str]:
         yield "some drives did not rest before the change began: set profile.start_time later"
     if any(run.verdict == "undecided" for run in runs):
         yield "undecided: lambda_Rmax is 0; only the run shows whether this start settles"
-    if results.together:
+    if results.balls_coincide:
         yield (
             "balls that start at one angle stay together, and settle like one ball with their "
             "total mass and drag; lambda_Rmax may belong to a motion that separates them, which "

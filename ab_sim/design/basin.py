@@ -28,14 +28,17 @@ from ab_sim.model.equations.neighbours import at_one_angle, equal_pairs, start_a
 from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
 
-JUDGED_BY = ("verdict", "residual_unbalance", "final_whirl_over_e")
+METRICS = ("verdict", "residual_unbalance", "final_whirl_over_e")
+"""Metrics of each run."""
 SAMPLES = 1000
 """Minimum number of samples of a run from which metrics are computed."""
 CHUNK = 32
 """Runs per work item of a process: a multiple of the lanes."""
 
 BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, RINGING_DOWN = 1, 0, 2, 3, 4, 5
+"""Labels of outcomes; ``NAMES`` has their meanings."""
 LEFT_OUT = -1
+"""Label of starts that are not run."""
 NAMES = {
     BALANCED: Verdict.BALANCED.value,
     RINGING_DOWN: Verdict.RINGING_DOWN.value,
@@ -45,6 +48,7 @@ NAMES = {
     DIVERGED: "diverged",
     LEFT_OUT: "left out: equal balls that never part, or overlap",
 }
+"""Outcomes in words, by label."""
 _LABELS = {name: label for label, name in NAMES.items()}
 
 
@@ -67,6 +71,7 @@ class Basin(Presented):
     _picture = "basin"
 
     scene: Scene
+    """Scene whose first two start angles vary."""
     angles: tuple[float, ...]
     """Start angles of either ball [rad], ascending from -pi."""
     ends: tuple[tuple[BasinEnd, ...], ...]
@@ -195,6 +200,7 @@ def basin(
 
 
 def _check(scene: Scene, count: int) -> None:
+    """Refuse a scene without a basin, or a number of angles that is out of range; see ``basin``."""
     if not 2 <= count <= 1000:
         raise InputError(f"basin: {count} angles: must be from 2 to 1000")
     if scene.balls.count < 2:
@@ -214,7 +220,16 @@ def _check(scene: Scene, count: int) -> None:
 
 
 def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
-    """Return [name in ``NAMES``, residual unbalance, whirl] of each start."""
+    """Run the starts at some points and return their outcomes, JSON-able.
+
+    Args:
+        scene: scene of the basin.
+        count: number of angles of either ball.
+        points: row and column of each start.
+
+    Returns:
+        For each start: name in ``NAMES``, residual unbalance, whirl [m]; None without a run.
+    """
     ends: list[list[Any]] = [[NAMES[LEFT_OUT], None, None] for _ in points]
     variations = {}
     for k, point in enumerate(points):
@@ -230,13 +245,16 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
         if run.failure:
             ends[k] = [NAMES[DIVERGED], None, None]
             continue
-        metrics = metrics_of(run.trajectory, run.scene, JUDGED_BY)
+        metrics = metrics_of(run.trajectory, run.scene, METRICS)
         ends[k] = [metrics.verdict, metrics.residual_unbalance, metrics.final_whirl]
     return ends
 
 
 def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
-    """Return the start angles of a point; None where balls would overlap or never separate."""
+    """Return the start angles of all balls at a point [rad]; None if the start is left out.
+
+    Starts are left out where balls would overlap, or where equal balls would never separate.
+    """
     row, column = point
     turn = 2.0 * math.pi / count
     angles = [-math.pi + turn * column, -math.pi + turn * row, *start_angles(scene)[2:]]
@@ -250,4 +268,5 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
 
 
 def _end(name: str, residual: float | None, whirl: float | None) -> BasinEnd:
+    """Return the outcome of a start from its values in ``_ends``."""
     return BasinEnd(_LABELS[name], residual, whirl)

@@ -50,7 +50,7 @@ class Bound(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Text form: ``balanced``, ``not balanced``, ``peak_whirl_over_e<5``."""
+        """Text form, as ``bound_of`` reads it: ``balanced``, ``peak_whirl_over_e<5``."""
         if self.is_number:
             return f"{self.metric}{self.op}{number(self.limit)}"
         return f"not {self.metric}" if self.upper else self.metric
@@ -93,6 +93,7 @@ def bound_of(text: str) -> Bound:
 
 
 def _truth(text: str) -> Bound:
+    """Parse the name of a metric that is true or false, alone or after ``not``."""
     words = text.split()
     denied = words[:1] == ["not"]
     names = words[1:] if denied else words
@@ -108,6 +109,7 @@ def _truth(text: str) -> Bound:
 
 
 def _compared(text: str, name: str) -> Metric[Any]:
+    """Return the metric with a name, if its values can be compared; ``text`` is for the error."""
     (metric,) = metrics_named([name])
     if not metric.scalar:
         raise InputError(f"bound {short(text)}: {name} {metric.not_a_number}")
@@ -115,6 +117,7 @@ def _compared(text: str, name: str) -> Metric[Any]:
 
 
 def _limit(text: str, metric: Metric[Any], number: str) -> float:
+    """Parse the limit of a bound, a number with or without a unit, to the metric's unit."""
     place = f"bound {short(text)}: {short(number)}"
     try:
         if has_unit(number):

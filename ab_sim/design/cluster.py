@@ -50,12 +50,13 @@ ARRIVES = 40.0
 LEAVES = 3.0
 """Timeout of the disconnection from a scheduler [s]."""
 _LOGGERS = ("asyncio", "distributed", "tornado")
+"""Loggers whose messages are suppressed."""
 
-Thing = TypeVar("Thing")
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 _INSTALLED = "installed "
 """Prefix of names of packages among sources and versions."""
-_ONE = threading.Lock()
+_PARSER_LOCK = threading.Lock()
 """Lock for worker threads, because Python 3.11 cannot parse in two threads at a time."""
 Waiting = Callable[[str | None], None]
 """Callback for each second without a result.
@@ -113,8 +114,8 @@ class Cluster:
 
     def each(
         self,
-        function: Callable[[Thing], Result],
-        items: Sequence[Thing],
+        function: Callable[[Item], Result],
+        items: Sequence[Item],
         chunk: int = 1,
     ) -> Iterator[Result]:
         """Yield results in the order of the items.
@@ -138,6 +139,8 @@ class Cluster:
                 f"workers cannot be compared with this process: {reason}"
             ) from reason
         client = self._connected()
+        # A few calls per worker thread are in flight, so that no worker waits for this process and
+        # few calls are lost at an interrupt. Results are yielded in the order of the items.
         parts = (items[k : k + chunk] for k in range(0, len(items), chunk))
         flying: deque[Future] = deque()
         while True:
@@ -162,6 +165,11 @@ class Cluster:
                 yield from results
 
     def _connected(self) -> "Client":
+        """Return the client, connecting at the first call.
+
+        Raises:
+            ClusterUnusable: no scheduler answers.
+        """
         if self._client is None:
             from distributed import Client
 
@@ -184,10 +192,11 @@ class Cluster:
                     f"{self._address}: no Dask scheduler answers: {_reason(client)}"
                 ) from client
             self._client = client
-            self._ends.callback(_take_leave, self._client)
+            self._ends.callback(_disconnect, self._client)
         return self._client
 
     def _first(self, clients: "queue.SimpleQueue[Client | Exception]") -> "Client | Exception":
+        """Wait for the client of the connecting thread; return it, or the error."""
         until = time.monotonic() + ANSWERS + LEAVES
         while time.monotonic() < until:
             with contextlib.suppress(queue.Empty):
@@ -205,6 +214,7 @@ class Cluster:
         return self._threads
 
     def _sent(self, client: "Client", task: bytes) -> "Future":
+        """Submit a pickled call, which a worker performs by unpickling it."""
         with self._lost_with(client):
             # The key identifies the owner; without a key Dask would hash the bytes.
             future = client.submit(pickle.loads, task, key=f"ab_sim-{uuid.uuid4().hex}", pure=False)
@@ -212,7 +222,13 @@ class Cluster:
         return future
 
     def _finished(self, client: "Client", flying: "deque[Future]") -> list[Any]:
-        """Remove the finished tasks at the front of the queue, and return what they returned."""
+        """Remove the finished tasks at the front of the queue, and return their results.
+
+        Raises:
+            WorkerLost: the scheduler is gone, a worker was lost for good, or a result does not
+                arrive.
+            ClusterUnusable: a worker has no ab_sim.
+        """
         from distributed import TimeoutError as Late
 
         finished: list[Any] = []
@@ -240,6 +256,7 @@ class Cluster:
 
     @contextlib.contextmanager
     def _lost_with(self, client: "Client") -> Iterator[None]:
+        """Turn errors of a broken connection within the ``with`` block into ``WorkerLost``."""
         from distributed import CancelledError
 
         try:
@@ -249,11 +266,13 @@ class Cluster:
         except (OSError, CancelledError) as error:
             raise self._lost() from error
         except Exception as error:
+            # Dask raises many kinds of errors when a connection breaks; its status tells.
             if client.status == "running":
                 raise
             raise self._lost() from error
 
     def _lost(self) -> WorkerLost:
+        """Return the error of a lost scheduler."""
         return WorkerLost(f"the scheduler at {self._address} is gone; {KEPT}")
 
 
@@ -300,15 +319,18 @@ def _reason(error: BaseException | None) -> str:
     return visible(lines[0].strip().rstrip(".") or type(error).__name__)
 
 
-def _take_leave(client: "Client") -> None:
-    """Disconnect; calls in flight are abandoned, and a lost scheduler is ignored."""
+def _disconnect(client: "Client") -> None:
+    """Disconnect a client; calls in flight are abandoned, and a lost scheduler is ignored."""
     with contextlib.suppress(Exception):
         client.close(timeout=LEAVES)
 
 
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
-    """Silence Dask's loggers: its errors are reported here in terms of the work."""
+    """Silence Dask's loggers within the ``with`` block.
+
+    Errors are reported by this module, with their meaning for the work.
+    """
     names = [*_LOGGERS, *logging.root.manager.loggerDict]
     loggers = [logging.getLogger(name) for name in names if name.partition(".")[0] in _LOGGERS]
     before = [(logger, logger.level) for logger in loggers]
@@ -325,6 +347,7 @@ class Differs(NamedTuple):
     """Refusal of a worker with other sources or versions, which has called nothing."""
 
     host: str
+    """Host name of the worker."""
     made_of: dict[str, str]
     """Sources and versions of the worker, by name."""
 
@@ -342,17 +365,22 @@ class _Call:
 def results_of(
     modules: frozenset[str], fingerprint: str, work: bytes
 ) -> list[Any] | Differs | Exception:
-    """Return the results of a task, or the exception of a call; it runs on a worker.
+    """Perform a task on a worker.
 
-    An exception that is raised is thus one of the worker, such as that it has no ab_sim.
+    The exception of a call is returned. An exception that is raised is thus one of the worker, such
+    as that it has no ab_sim.
 
     Args:
         modules: modules that results depend on.
         fingerprint: fingerprint of sources and versions in the requesting process.
         work: pickled function and its items.
+
+    Returns:
+        Results of the items in their order, or the exception of a call, or the refusal of a worker
+        with other sources.
     """
     try:
-        with _ONE:
+        with _PARSER_LOCK:
             same = _fingerprint(modules) == fingerprint
     except NotOfSources as reason:
         return Differs(socket.gethostname(), {str(reason): ""})
@@ -368,7 +396,11 @@ def results_of(
 
 
 def _modules_of(function: Callable[..., Any], modules: Iterable[str]) -> frozenset[str]:
-    """Return the modules that results depend on: named ones, the function's and its arguments'."""
+    """Return the modules on which results depend.
+
+    They are the named ``modules``, that of the function, and those of its bound arguments, without
+    modules of Python and of installed packages.
+    """
     home = function.func if isinstance(function, functools.partial) else function
     _, versions = sources_and_versions(frozenset([home.__module__]))
     named = {
@@ -380,7 +412,7 @@ def _modules_of(function: Callable[..., Any], modules: Iterable[str]) -> frozens
 
 
 def _differences(here: dict[str, str], there: dict[str, str]) -> str:
-    """Describe the differences of sources and versions from those of a worker."""
+    """Describe the differences of sources and versions here from those of a worker, by name."""
     names = sorted(here.keys() | there.keys())
     named = [name for name in names if here.get(name) != there.get(name)]
     versions = [
@@ -388,10 +420,10 @@ def _differences(here: dict[str, str], there: dict[str, str]) -> str:
         for name in named
         if name.startswith(_INSTALLED)
     ]
-    own_names = [name for name in named if not name.startswith(_INSTALLED)]
-    if own_names:
-        more = f" and {len(own_names) - 1} others" if len(own_names) > 1 else ""
-        versions.append(f"another source of {own_names[0]}{more}")
+    sources = [name for name in named if not name.startswith(_INSTALLED)]
+    if sources:
+        more = f" and {len(sources) - 1} others" if len(sources) > 1 else ""
+        versions.append(f"another source of {sources[0]}{more}")
     return "; ".join(versions).replace(_INSTALLED, "")
 
 
@@ -410,6 +442,7 @@ def _modules_in(pickled: bytes) -> set[str]:
 
 @functools.cache
 def _made_of(modules: frozenset[str]) -> dict[str, str]:
+    """Return digests of sources and versions of packages on which modules depend, by name."""
     digests, versions = sources_and_versions(modules)
     return {
         f"{_INSTALLED}ab_sim": __version__,
@@ -420,5 +453,6 @@ def _made_of(modules: frozenset[str]) -> dict[str, str]:
 
 @functools.cache
 def _fingerprint(modules: frozenset[str]) -> str:
+    """Return a hash of ``_made_of``, short enough to be part of every task."""
     content = json.dumps(_made_of(modules), sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()

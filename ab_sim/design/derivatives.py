@@ -29,6 +29,7 @@ from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 
 RUNS_PER_KEY = 4
+"""Number of runs with a moved key: up and down, by h and by h / 2."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -148,6 +149,7 @@ def sensitivities(
     """
     scene = as_scene(scene)
     real = checked_keys(scene, keys)
+    # An automatic choice could differ between moved scenes, which would add a jump to differences.
     scene = with_stepper(scene)
     drive = Drive(scene)
     named = _named(scene, drive.channels, channels)
@@ -195,7 +197,11 @@ def sensitivities(
 
 
 def _named(scene: Scene, all_channels: Sequence[str], channels: Sequence[str] | None) -> list[str]:
-    """Return the names of channels after a check; default: all except the sensors'."""
+    """Return the requested channels after a check; for None all except the sensors' and times.
+
+    Raises:
+        InputError: a channel does not exist; the message lists the known ones.
+    """
     if channels is None:
         axes = 2 if scene.deck is None else 3
         return list(all_channels[ANGLE : len(all_channels) - axes * len(scene.pickups)])
@@ -206,7 +212,11 @@ def _named(scene: Scene, all_channels: Sequence[str], channels: Sequence[str] | 
 
 
 def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[Sequence[int], int]:
-    """Return the indices of the requested samples, and the number of the run's steps."""
+    """Return the indices of the samples at requested times [s], and the number of steps to run.
+
+    Raises:
+        InputError: a time is not on a step, or times do not rise.
+    """
     if times is None:
         steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
         return range(steps + 1), steps
@@ -225,6 +235,7 @@ def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[S
 
 
 def _not_among(what: str, name: str, all_names: Sequence[str]) -> InputError:
+    """Return the error for an unknown name of a channel or key (``what``)."""
     return InputError(
         f"{what} {name!r}: there is none{nearest(name, all_names)}; there are: "
         + ", ".join(all_names)
@@ -246,6 +257,7 @@ class MetricSensitivities(Presented):
     _picture = "metric_sensitivities"
 
     scene: Scene
+    """Scene as it was run."""
     metrics: tuple[str, ...]
     """Names of the metrics."""
     metric_units: tuple[str, ...]
@@ -465,4 +477,5 @@ def differentiable_metrics(names: Sequence[str]) -> list[Metric[Any]]:
 
 
 def _number(x: float) -> float | None:
+    """Return a number as JSON can represent it: None for NaN and infinity."""
     return float(x) if np.isfinite(x) else None

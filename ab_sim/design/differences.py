@@ -39,6 +39,7 @@ MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profi
 """Sections whose numbers act on the motion."""
 
 ANGLES = "start.ball_angles"
+"""Key of the start angles, which have values even if the scene does not name them."""
 IN_SPACE = ("rotor.height", "race.height")
 """Keys without a meaning for a deck that moves in the plane of the disc."""
 MOTOR_INTEGRAL = "start.motor_integral"
@@ -49,7 +50,9 @@ class RealKey(NamedTuple):
     """Number of a scene, with its key and unit."""
 
     key: str
+    """Dotted key."""
     value: float
+    """Value in the scene, SI."""
     unit: str
     """SI unit; "1" for a number without dimension."""
 
@@ -117,7 +120,7 @@ def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
 
 
 def moved(scene: Scene, key: str, value: float) -> Scene:
-    """Return the scene with another value of a key.
+    """Return the scene with another value of a key, SI.
 
     Raises:
         SceneError: the value is not allowed.
@@ -126,7 +129,7 @@ def moved(scene: Scene, key: str, value: float) -> Scene:
 
 
 def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
-    """Return the scene with other values; see ``moved``."""
+    """Return the scene with other values by key; see ``moved``."""
     changes: dict[str, object] = dict(values)
     if scene.start.ball_angles is None and any(key.startswith(ANGLES) for key in values):
         changes = {ANGLES: list(start_angles(scene)), **values}
@@ -142,6 +145,7 @@ def _plain(scene: Scene) -> dict[str, Any]:
 
 
 def _inside(key: str, value: Any) -> Iterator[tuple[str, float]]:
+    """Yield all real numbers in a value, a mapping or list included, with their dotted keys."""
     if type(value) is float:
         yield key, value
     elif isinstance(value, dict | list):
@@ -156,6 +160,7 @@ def _unit(parts: Sequence[str]) -> str:
 
 
 def _row(parts: Sequence[str]) -> SceneKey | None:
+    """Return the description of a key, split at its dots; None if there is no such key."""
     rows = (
         row for row in _rows(tuple(effect_classes())) if key_starts_with(row.key.split("."), parts)
     )
@@ -169,16 +174,21 @@ def _rows(effects: tuple[str, ...]) -> list[SceneKey]:
 
 
 def _unknown(scene: Scene, key: str) -> InputError:
+    """Return the error for a key without a number in the scene."""
     return InputError(f"key {short(key)}: this scene has no such number{_near(scene, key)}")
 
 
 def _near(scene: Scene, key: str) -> str:
+    """Return the end of an error message: the nearest key, and all keys of the scene."""
     all_keys = [real.key for real in real_keys(scene)]
     return f"{nearest(key, all_keys)}; it has {', '.join(all_keys)}"
 
 
 def scale_of(real: RealKey) -> float:
-    """Return a large change of a number: 1 rad for angles, else its size, or ``ZERO`` for 0."""
+    """Return a change of a number that counts as large, in its unit.
+
+    It is 1 rad for angles, otherwise the magnitude of the number, or ``ZERO`` by unit for 0.
+    """
     if real.unit == "rad":
         return 1.0
     return abs(real.value) or ZERO.get(real.unit, 0.1)
@@ -231,6 +241,8 @@ def differentiated(
     noise = _noise_of(np.array([here, *(results(nearby) if nearby else ())]))
     size = np.abs(here).max(axis=1)
     relative = noise.max(axis=1)[size > 0.0] / size[size > 0.0]
+    # Truncation grows with h^2 and rounding with 1 / h: their sum is least near the cube root. The
+    # median over results keeps one noisy channel from spoiling the step of all.
     share = np.clip(np.median(relative) ** (1 / 3), LEAST, MOST) if len(relative) else LEAST
     derivatives = np.full((len(keys), *here.shape), np.nan)
     uncertain = np.full(derivatives.shape, np.inf)
@@ -290,10 +302,10 @@ def _difference(
     noise: np.ndarray,
     possible: tuple[bool, bool],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a derivative and its uncertainty.
+    """Return the derivative by one key and its uncertainty, each with the shape of ``here``.
 
     Args:
-        here: results of the scene itself.
+        here: results of the scene itself, shape (rows, samples).
         four: results with the key moved by h, h / 2, -h / 2, -h; NaN on a side without a valid
             scene, and for runs that failed or have no value.
         step: step h, in the key's unit.
@@ -303,6 +315,8 @@ def _difference(
     slopes = (four - here) / (step * np.array([1.0, 0.5, -0.5, -1.0])[:, None, None])
     wide, near = (slopes[0] + slopes[3]) / 2.0, (slopes[1] + slopes[2]) / 2.0
     derivative = near + (near - wide) / 3.0
+    # Slopes above and below differ by f'' h and f'' h / 2 if the result is smooth, which cancels
+    # here. At a kink both differ by its jump, which remains.
     jump = 2.0 * (slopes[1] - slopes[2]) - (slopes[0] - slopes[3])
     uncertainty = np.maximum(np.abs(near - wide), np.abs(jump) / 2.0) + ROUNDING * noise / step
     for wide, near, other in (
@@ -368,10 +382,15 @@ def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
 def _noise_of(near: np.ndarray) -> np.ndarray:
     """Return the standard deviation of the noise in results; infinite if a run failed.
 
-    The results are those of eight runs whose keys change in equal steps.
-
     Fourth differences remove the smooth part, and multiply the variance of the noise by 8! / 4!^2
     = 70.
+
+    Args:
+        near: results of eight runs whose keys change in equal steps, shape (8, rows, samples).
+            With fewer runs, the rounding error of a result is returned.
+
+    Returns:
+        Standard deviations, shape (rows, samples).
     """
     rounding: np.ndarray = np.finfo(float).eps * np.abs(near[0])
     if len(near) < 8:

@@ -35,6 +35,7 @@ from ab_sim.scene.model import Scene
 BLOCK = 1024
 """Number of values drawn at a time, so that a run's values do not depend on the number of runs."""
 COUNT = "balls.count"
+"""Key of the number of balls."""
 SIZES = ("balls", "race", "effects")
 """Sections that determine where balls fit without overlap."""
 
@@ -243,6 +244,7 @@ def _sources(tolerances: Sequence[Tolerance]) -> tuple[str, ...]:
 
 
 def _check_groups(tolerances: Iterable[Tolerance]) -> None:
+    """Refuse a group of which some tolerances are per ball and others are not."""
     kinds: dict[str, bool] = {}
     for tolerance in tolerances:
         if (
@@ -257,7 +259,14 @@ def _check_groups(tolerances: Iterable[Tolerance]) -> None:
 
 
 def _common(tolerance: Tolerance, value: Any, draw: Any, balls: int) -> Any:
-    """Return a value with a common draw for all its entries."""
+    """Return a key's value with one draw for all its entries.
+
+    Args:
+        tolerance: tolerance of the key.
+        value: nominal value, a number or a list.
+        draw: drawn deviation or value, or the index of a discrete value.
+        balls: number of balls.
+    """
     if tolerance.what == VALUE:
         drawn = _value(tolerance, draw)
         alone = tolerance.key in (ANGLES, RATES) and not isinstance(drawn, list)
@@ -268,7 +277,7 @@ def _common(tolerance: Tolerance, value: Any, draw: Any, balls: int) -> Any:
 
 
 def _of_balls(tolerance: Tolerance, value: Any, draws: Sequence[Any]) -> list[Any]:
-    """Return a value with a draw per ball."""
+    """Return a key's value with a draw for each ball; arguments as for ``_common``."""
     if tolerance.what == VALUE:
         return [_value(tolerance, draw) for draw in draws]
     values = value if isinstance(value, list) else [value] * len(draws)
@@ -277,20 +286,26 @@ def _of_balls(tolerance: Tolerance, value: Any, draws: Sequence[Any]) -> list[An
 
 
 def _value(tolerance: Tolerance, draw: Any) -> Any:
+    """Return the drawn value, which replaces the nominal one."""
     return tolerance.values[draw] if isinstance(tolerance.distribution, Discrete) else draw
 
 
 def _deviating(tolerance: Tolerance, value: float, draw: float) -> float:
+    """Return a value with a drawn deviation, relative to it or in its unit."""
     return value * (1.0 + draw) if tolerance.what == FACTOR else value + draw
 
 
 def _draw(distribution: Distribution, seed: int, source: str, run: int, ball: int) -> Any:
+    """Return one draw of a random stream; see ``_block``."""
     return _block(distribution, seed, source, ball, run // BLOCK)[run % BLOCK]
 
 
 @functools.lru_cache(maxsize=1024)
 def _block(distribution: Distribution, seed: int, source: str, ball: int, block: int) -> list[Any]:
-    """Return the draws of a block of successive runs."""
+    """Return the draws of a block of successive runs for one ball.
+
+    A draw depends only on the seed, the name of its random stream, the run and the ball.
+    """
     return [share.item() for share in distribution.at(_shares(seed, source, ball, block))]
 
 
@@ -302,4 +317,5 @@ def _shares(seed: int, source: str, ball: int, block: int) -> np.ndarray:
 
 
 def _is_number(value: Any) -> bool:
+    """Return whether a value is a number; true and false are not."""
     return isinstance(value, int | float) and not isinstance(value, bool)

@@ -24,6 +24,7 @@ ABORTED, FAILED = "aborted", "failed"
 did not finish.
 """
 OUTCOMES = (*(verdict.value for verdict in Verdict), ABORTED, FAILED)
+"""All outcomes of a run."""
 PREPARED_AT_ONCE = 512
 """Number of runs outside columns whose scenes are in memory at a time."""
 _VERDICT = "verdict"
@@ -44,17 +45,18 @@ class Point(NamedTuple):
     """One run of a job."""
 
     run: int
+    """Number of the run."""
     values: tuple[Any, ...]
     """Values in the order of the job's keys."""
 
 
 def modules_of(job: Job) -> set[str]:
-    """Return the modules of a job's metrics, on which its rows depend."""
+    """Return the names of the modules of a job's metrics, on whose sources its rows depend."""
     return {metric.accumulator.__module__ for metric in metric_columns(job.metrics)}
 
 
 def has_settled(outcomes: Iterable[str]) -> np.ndarray:
-    """Return whether runs with these outcomes have a final whirl, or an upper bound of it."""
+    """Return a mask of runs with a final whirl, or an upper bound of it, from their outcomes."""
     return np.isin(np.asarray(outcomes, str), SETTLED)
 
 
@@ -82,6 +84,8 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         A row per point in their order: run, metrics, outcome, failure. Metrics of failed and
         aborted runs are null.
     """
+    # Runs that differ in a few numbers are checked and prepared together, in columns. The others
+    # need a scene each, so only some of them are in memory at a time.
     values = zip(*(point.values for point in points), strict=True)
     columns = columns_of(job.scene, dict(zip(job.keys, values, strict=True)))
     in_columns = set() if columns is None else set(columns.valid.tolist())
@@ -142,11 +146,12 @@ class _Rows:
         self.columns: dict[str, list[Any]] = {name: [None] * runs for name in names}
 
     def fail(self, place: int, failure: str) -> None:
-        """Record a failed run."""
+        """Record the failed run at an index, with its error message."""
         self._without_metrics(place, FAILED, failure)
 
-    def _without_metrics(self, place: int, outcome: str, why: str) -> None:
-        self.columns[OUTCOME][place], self.columns[FAILURE][place] = outcome, why
+    def _without_metrics(self, place: int, outcome: str, reason: str) -> None:
+        """Record the outcome of the run at an index, and its reason; its metrics become null."""
+        self.columns[OUTCOME][place], self.columns[FAILURE][place] = outcome, reason
         for key in self._metrics:
             self.columns[key][place] = None
 

@@ -26,15 +26,17 @@ class Range(NamedTuple):
     """Range of values that a design samples."""
 
     key: str
+    """Dotted key."""
     low: float
     high: float
+    """Ends of the range, SI, ``low`` and ``high``; both are included."""
     log: bool = False
     """True if values are spaced logarithmically."""
     whole: bool = False
     """True if the key takes whole numbers only."""
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """Return values at fractions of the range.
+        """Return values at fractions of the range, shape (n,).
 
         Args:
             shares: fractions from 0 to below 1, shape (n,).
@@ -48,7 +50,10 @@ class Range(NamedTuple):
         return self.low + shares * (self.high - self.low)
 
     def share(self, value: float) -> float:
-        """Return the fraction of the range at a value; whole numbers are returned unchanged."""
+        """Return the fraction of the range at a value, the inverse of ``at``.
+
+        Whole numbers are returned unchanged: searches vary them directly.
+        """
         if self.whole:
             return value
         if self.log:
@@ -60,8 +65,9 @@ class ListedValues(NamedTuple):
     """Values of a key, all of which a grid uses."""
 
     key: str
+    """Dotted key."""
     values: tuple[Any, ...]
-    """Numbers, or other values that the key accepts."""
+    """Numbers in SI, or other values that the key accepts."""
     log: bool = False
     """True if pictures show the key on a logarithmic axis."""
 
@@ -167,6 +173,7 @@ def _fits(value: Any) -> bool:
 
 
 def _takes_whole_numbers(key: str) -> bool:
+    """Return whether a scene's key accepts whole numbers only."""
     return scene_keys(key)[0].range.startswith("whole")
 
 
@@ -180,6 +187,7 @@ def _in_one_unit(text: str, key: str, listed: list[Any]) -> list[Any]:
 
 
 def _with_last_unit(text: str, numbers: Sequence[str]) -> list[str]:
+    """Return number texts, all with the unit of the last; ``text`` is for the error."""
     try:
         return with_last_unit(numbers)
     except ValueError as error:
@@ -187,7 +195,7 @@ def _with_last_unit(text: str, numbers: Sequence[str]) -> list[str]:
 
 
 def _number(text: str, key: str, part: str) -> float:
-    """Parse a number with its unit or in SI."""
+    """Parse a number of a key to SI, with a unit or without; ``text`` is for the error."""
     part = part.strip()
     try:
         if has_unit(part):
@@ -199,21 +207,23 @@ def _number(text: str, key: str, part: str) -> float:
 
 
 def _plain(key: str, unit: str, value: Any) -> Any:
-    """Return a text as a number in SI if the key is numeric; other values unchanged."""
+    """Return a value in SI; a text is parsed if the key is numeric, see ``_number``."""
     if unit in NO_UNIT or not isinstance(value, str):
         return value
     return _number(f"{key}={value}", key, value)
 
 
 def _count(text: str, part: str) -> int:
+    """Parse a number of values; ``text`` is for the error."""
     if not (part.isascii() and part.strip().isdecimal()) or len(part) > 9:
         raise InputError(f"{short(text)}: {short(part)} is not a number of values; {FORMS}")
     return int(part)
 
 
-def _listed(text: str, text_: str) -> list[Any]:
+def _listed(text: str, list_text: str) -> list[Any]:
+    """Parse a list of values as YAML, with or without brackets; ``text`` is for the error."""
     try:
-        numbers = read_yaml(text_ if text_.startswith("[") else f"[{text_}]")
+        numbers = read_yaml(list_text if list_text.startswith("[") else f"[{list_text}]")
     except ValueError as error:
         raise InputError(f"{short(text)}: its values: {error}") from error
     if not isinstance(numbers, list):
@@ -247,6 +257,7 @@ class GridPoints:
     """All combinations of values; the last key changes fastest."""
 
     axes: tuple[ListedValues, ...]
+    """Values of each key."""
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -372,6 +383,7 @@ def check_within(keys: Sequence[str]) -> None:
 
 
 def _grid(variables: Sequence[Variable]) -> GridPoints:
+    """Return a grid over variables, each of which must have its values."""
     for variable in variables:
         if isinstance(variable, Range):
             raise InputError(
@@ -387,5 +399,6 @@ def _grid(variables: Sequence[Variable]) -> GridPoints:
 
 
 def _check_count(count: int) -> None:
+    """Refuse a number of runs that is out of range."""
     if not 1 <= count <= MOST_RUNS:
         raise InputError(f"{count} runs: must be from 1 to {MOST_RUNS}; take fewer values")

@@ -39,7 +39,9 @@ class Aim(NamedTuple):
     """Objective: a metric to be minimised or maximised."""
 
     metric: str
+    """Key of the metric."""
     smallest: bool
+    """True if the metric is to be minimised."""
 
     def __str__(self) -> str:
         return f"{'smallest' if self.smallest else 'largest'} {self.metric}"
@@ -49,10 +51,13 @@ class Task(NamedTuple):
     """Definition of a tuning."""
 
     scene: Scene
+    """Scene whose keys vary."""
     ranges: tuple[Range, ...]
     """Ranges of the varied keys."""
     aim: Aim
+    """Metric to be minimised or maximised."""
     bounds: tuple[Bound, ...]
+    """Bounds on metrics."""
     candidates: int
     """Largest number of candidates; the last population may exceed it."""
     seed: int = 0
@@ -116,12 +121,16 @@ def scored(table: pyarrow.Table, task: Task) -> Scores:
         settled &= np.isfinite(metrics)
         holds = bound.holds(metrics)
         inside &= holds
+        # d / (1 + d) is below 1, so that one bound that is violated by far does not hide others.
         distance = np.abs(metrics - bound.limit) / max(abs(bound.limit), 1e-12)
         beyond += np.where(holds, 0.0, distance / (1.0 + distance))
     aims = _reached(np.where(settled, sign * values, math.inf), task.share)
     needed = _count(task.share, task.draws)
     within = inside.sum(axis=1) >= needed
-    # Mean violation of the best drives, as many as the required fraction.
+    # Three ranges of costs that do not overlap: within bounds -0.5 to 0.5 (arctan keeps the order
+    # of all aims), outside from _BEYOND, without a value _NOTHING. The search thus first reaches
+    # the bounds, then improves the aim. Outside, the mean violation of the best drives counts, as
+    # many as the required fraction.
     worst = np.sort(np.where(settled, beyond, math.inf), axis=1)[:, :needed]
     costs = np.where(within, np.arctan(aims) / math.pi, _BEYOND + _mean(worst))
     costs = np.where(np.isfinite(aims), costs, _NOTHING)
@@ -136,24 +145,32 @@ def best_of(scores: Scores) -> int | None:
 
 
 def joined(scores: Sequence[Scores]) -> Scores:
-    """Concatenate scores of all candidates in order."""
+    """Return the scores of all candidates from those of successive populations."""
     return Scores(*(np.concatenate(columns) for columns in zip(*scores, strict=True)))
 
 
 def _count(share: float, draws: int) -> int:
+    """Return the least number of drives that is a fraction ``share`` of ``draws``, at least 1."""
     return max(1, math.ceil(share * draws - 1e-9))
 
 
 def _reached(values: np.ndarray, share: float) -> np.ndarray:
-    """Return the largest value among the best ``share`` of each row."""
+    """Return the largest value among the smallest fraction ``share`` of each row.
+
+    Args:
+        values: shape (candidates, draws).
+        share: fraction, 0 to 1.
+    """
     quantiles: np.ndarray = np.sort(values, axis=1)[:, _count(share, values.shape[1]) - 1]
     return quantiles
 
 
 def _mean(worst: np.ndarray) -> np.ndarray:
-    """Return the mean constraint violation, at most about 1.
+    """Return the mean constraint violation of each candidate, above 0 and at most about 1.
 
-    A required drive without a value counts as 1.
+    Args:
+        worst: violations of the required drives, shape (candidates, drives); infinite for a drive
+            without a value, which counts as 1.
     """
     means: np.ndarray = np.where(np.isfinite(worst), worst, 1.0).mean(axis=1)
     return np.minimum(means, 1.0) + 1e-9
@@ -294,11 +311,12 @@ class _Best:
 
 
 def _value(range_: Range, places: np.ndarray) -> np.ndarray:
+    """Return the values of a key at places, shape (candidates,); see ``_Best``."""
     return np.round(places) if range_.whole else range_.at(np.clip(places, 0.0, 1.0))
 
 
 def _first(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> np.ndarray:
-    """Return places that fill the bounds."""
+    """Return the first population: a Sobol sequence between the bounds, shape (count, keys)."""
     from scipy.stats import qmc
 
     shares = qmc.Sobol(len(low), rng=np.random.default_rng(seed)).random(count)
@@ -306,6 +324,13 @@ def _first(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> np.ndarr
 
 
 def _polish(best: _Best, free: Sequence[int], candidates: int) -> None:
+    """Continue from the best candidate by Nelder and Mead's method, with whole numbers fixed.
+
+    Args:
+        best: cost function with the best candidate so far.
+        free: indices of the keys that are not whole numbers.
+        candidates: largest number of further candidates.
+    """
     begin = best.place.copy()
     corner = begin[free]
     inwards = np.where(corner + BESIDE > 1.0, -BESIDE, BESIDE)

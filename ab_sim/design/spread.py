@@ -50,7 +50,9 @@ class WorstRun(NamedTuple):
     """Run for closer inspection."""
 
     run: int
+    """Number of the run."""
     outcome: str
+    """Outcome in words, see ``judged.OUTCOMES``."""
     value: float | None
     """Value of the ranking metric; None if the run has none."""
     values: Mapping[str, Any]
@@ -70,6 +72,7 @@ class DesignDifference(NamedTuple):
     balanced: np.ndarray
     """True for each run that is balanced, shape (runs,)."""
     share: ShareBalanced
+    """Share of balanced runs of the other scene, with its interval."""
     paired: PairedShares
     """Comparison of shares: first scene minus the other one."""
     metrics: Mapping[str, MeanInterval]
@@ -100,9 +103,11 @@ class Spread(Presented):
     runs: Sweep
     """Row per drive: drawn values, metrics, outcome, failure."""
     tolerances: tuple[Tolerance, ...]
+    """Tolerances from which the drives were drawn."""
     criterion: tuple[Bound, ...]
     """Bounds that a settled run must satisfy to count as balanced."""
     seed: int
+    """Seed of the draws."""
     balanced: np.ndarray
     """True for each run that is balanced, shape (runs,)."""
     share: ShareBalanced
@@ -110,6 +115,7 @@ class Spread(Presented):
     quantiles: Mapping[str, tuple[QuantileOfMetric, ...]]
     """Quantiles by metric, over runs with a value."""
     sobol: SobolIndices
+    """Sobol indices, or the reason why there are none."""
     ranked_by: str
     """Metric by which runs are ranked."""
     worst: tuple[WorstRun, ...]
@@ -249,7 +255,7 @@ def check_worst_folder(folder: Path) -> None:
 
 
 def share_text(share: ShareBalanced) -> str:
-    """Return a share with its interval, with as many digits as the interval allows."""
+    """Return a share and its interval as text in percent, with as many digits as it allows."""
     digits = max(0, min(4, 2 - int(np.floor(np.log10(200.0 * share.half_width)))))
     value, low, high = (f"{100.0 * x:.{digits}f}" for x in (share.value, share.low, share.high))
     return f"{value} % ({low} to {high} %)"

@@ -32,10 +32,13 @@ from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.scene.model import Scene
 
 DEFAULT_CRITERION = (bound_of("balanced"),)
+"""Default bounds that a run must satisfy to count as balanced."""
 RANKED_BY = "residual_unbalance"
 """Metric that ranks the runs if the criterion has no numerical bound."""
 QUANTILES = (0.05, 0.5, 0.95)
+"""Probabilities of the reported quantiles."""
 WORST = 10
+"""Number of worst runs that are listed."""
 
 FEW_PAIRS = 128
 """Least number of pairs for reliable bootstrap intervals, in a linear model of normal factors."""
@@ -47,8 +50,11 @@ class SpreadQuestion(NamedTuple):
     runs: int
     """Number of drives; with ``until``, the least number."""
     metrics: tuple[str, ...] = DEFAULT_METRICS
+    """Metrics of which quantiles are reported."""
     criterion: tuple[Bound, ...] = DEFAULT_CRITERION
+    """Bounds that a settled run must satisfy to count as balanced."""
     seed: int = 0
+    """Seed of the draws."""
     pairs: int | None = None
     """Number of pairs of drives for Sobol indices, a power of 2; 0 for none.
 
@@ -119,7 +125,14 @@ def run_spread(
 def _checked(
     scene: Scene, tolerances: Sequence[Tolerance], question: SpreadQuestion
 ) -> tuple[DrawnPoints, str]:
-    """Return the draws of checked settings, and the metric by which runs are ranked."""
+    """Check the settings of a study.
+
+    Returns:
+        The random drives, and the metric by which runs are ranked.
+
+    Raises:
+        InputError: see ``run_spread``.
+    """
     until = question.until
     if until is not None and not 1e-5 <= until < 0.5:
         raise InputError(f"until {exact(until)}: must be a share from 0.00001 to below 0.5")
@@ -157,25 +170,43 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
 
 
 def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: str) -> Job:
+    """Return the job of a scene's runs, with all metrics that the study needs."""
     resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
     bounded = (bound.metric for bound in question.criterion)
     return Job(resolved, drawn.keys, tuple(dict.fromkeys((*question.metrics, *bounded, ranked_by))))
 
 
 class _Study:
-    """Runner and evaluator of a study."""
+    """Runner and evaluator of a study.
+
+    Args:
+        question: settings of the study.
+        executor: executor for the work, entered by the caller.
+        tell: see ``rows_of``.
+    """
 
     def __init__(self, question: SpreadQuestion, executor: Executor, tell: Progress | None) -> None:
         self._question, self._executor, self._tell = question, executor, tell
 
     def drives(self, job: Job, drawn: DrawnPoints, until: float | None) -> tuple[Sweep, np.ndarray]:
-        """Return the requested runs, or as many as ``until`` needs, and a mask of balanced ones."""
+        """Run the drives of one scene.
+
+        Args:
+            job: common data of the runs.
+            drawn: random drives.
+            until: half-width of the share's interval up to which runs are added; None for none.
+
+        Returns:
+            The runs, and a mask of the balanced ones, shape (runs,).
+        """
         with StudyRuns(job, drawn.report(), self._executor) as study:
             rows = study.rows(drawn, range(len(drawn)), self._tell)
             while until is not None and len(rows) < MOST_RUNS:
                 share = share_of(self._balanced(rows))
                 if share.half_width <= until:
                     break
+                # The share is only an estimate: add at least 5 % more runs, so that few rounds
+                # suffice.
                 more = max(share.runs_for(until), len(rows) + len(rows) // 20 + 1)
                 drawn = drawn.of(min(more, MOST_RUNS))
                 new = study.rows(drawn, range(len(rows), len(drawn)), self._tell)
@@ -186,7 +217,15 @@ class _Study:
     def indices(
         self, job: Job, drawn: DrawnPoints, pairs: int, runs: Sweep, balanced: np.ndarray
     ) -> SobolIndices:
-        """Return Sobol indices from pairs of existing runs and from additional runs."""
+        """Return Sobol indices from pairs of existing runs and from additional runs.
+
+        Args:
+            job: common data of the runs.
+            drawn: random drives; the first 2 ``pairs`` form the pairs.
+            pairs: number of pairs, a power of 2.
+            runs: runs of ``drawn``.
+            balanced: mask of balanced ones, shape (runs,).
+        """
         points = ExchangedPoints(drawn, pairs)
         with StudyRuns(job, points.report(), self._executor) as study:
             rows = study.rows(points, range(len(points)), self._tell)
@@ -219,22 +258,32 @@ class _Study:
 
 
 def _numbers(metrics: Iterable[str]) -> list[str]:
+    """Return the keys of those metrics that are numbers."""
     return [column.key for column in metric_columns(metrics) if column.kind is MetricKind.NUMBER]
 
 
 def _quantiles(values: np.ndarray) -> tuple[QuantileOfMetric, ...]:
-    there = values[np.isfinite(values)]
-    return tuple(quantile_of(there, p) for p in QUANTILES) if len(there) else ()
+    """Return the quantiles of a metric over the runs with a value; empty if there is none."""
+    finite = values[np.isfinite(values)]
+    return tuple(quantile_of(finite, p) for p in QUANTILES) if len(finite) else ()
 
 
 def _wants_small(metric: str, question: SpreadQuestion) -> bool:
+    """Return whether small values of a metric are good: by its bound in the criterion, if any."""
     return next((bound.upper for bound in question.criterion if bound.metric == metric), True)
 
 
 def _worst(
     runs: Sweep, balanced: np.ndarray, drawn: DrawnPoints, ranked: tuple[str, bool]
 ) -> tuple[WorstRun, ...]:
-    """Return the worst runs: without a value first, then unbalanced, then the others."""
+    """Return the worst runs: unbalanced ones first, then by the ranking metric.
+
+    Args:
+        runs: runs of all drives.
+        balanced: mask of balanced ones, shape (runs,).
+        drawn: drives, for their drawn values.
+        ranked: ranking metric, and whether small values are good. Runs without a value are worst.
+    """
     name, wants_small = ranked
     values = runs[name].astype(float)
     badness = np.where(np.isfinite(values), values if wants_small else -values, np.inf)
@@ -253,6 +302,14 @@ def _worst(
 def _difference(
     runs: Sweep, balanced: np.ndarray, others: Sweep, also: np.ndarray
 ) -> DesignDifference:
+    """Compare a scene with another one, run with the same draws.
+
+    Args:
+        runs: runs of the scene.
+        balanced: mask of its balanced runs, shape (runs,).
+        others: runs of the other scene.
+        also: mask of its balanced runs, same shape.
+    """
     differences: dict[str, MeanInterval] = {}
     for name in _numbers(runs.metrics):
         difference = paired_difference(runs[name], others[name])

@@ -19,8 +19,10 @@ class ShareBalanced(NamedTuple):
     balanced: int
     """Number of balanced runs."""
     runs: int
+    """Number of all runs."""
     low: float
     high: float
+    """Limits of the interval, ``low`` and ``high``, 0 to 1."""
 
     @property
     def value(self) -> float:
@@ -59,22 +61,29 @@ class QuantileOfMetric(NamedTuple):
     p: float
     """Probability of the quantile: 0.5 is the median."""
     value: float
+    """Quantile of the sample."""
     low: float | None
-    """Lower limit; None if there are too few values."""
+    """Lower limit of the interval; None if there are too few values."""
     high: float | None
+    """Upper limit of the interval; None if there are too few values."""
 
 
 class PairedShares(NamedTuple):
     """Shares of two designs evaluated with the same draws."""
 
     both: int
+    """Number of draws with which both designs are balanced."""
     only_first: int
+    """Number of draws with which only the first is balanced."""
     only_second: int
+    """Number of draws with which only the second is balanced."""
     neither: int
+    """Number of draws with which none is balanced."""
     difference: float
     """Share of the first minus share of the second."""
     low: float
     high: float
+    """Limits of the difference's interval, ``low`` and ``high``."""
     p_value: float
     """Probability that chance alone causes such a difference (McNemar's exact test)."""
 
@@ -85,9 +94,12 @@ class MeanInterval(NamedTuple):
     pairs: int
     """Number of pairs with a value in both designs."""
     mean: float
+    """Mean difference, in the metric's unit."""
     low: float
     high: float
+    """Limits of the mean's interval, ``low`` and ``high``."""
     median: QuantileOfMetric
+    """Median difference."""
 
 
 def share_of(balanced: np.ndarray) -> ShareBalanced:
@@ -137,12 +149,13 @@ def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:
     a, b = share_of(first), share_of(second)
     phi = _correlation(both, one, other, neither)
 
-    def reach(x: float, y: float) -> float:
+    def width(x: float, y: float) -> float:
+        """Combine the widths of both intervals, which are correlated by phi."""
         return math.sqrt(max(x * x - 2.0 * phi * x * y + y * y, 0.0))
 
     difference = a.value - b.value
-    low = difference - reach(a.value - a.low, b.high - b.value)
-    high = difference + reach(a.high - a.value, b.value - b.low)
+    low = difference - width(a.value - a.low, b.high - b.value)
+    high = difference + width(a.high - a.value, b.value - b.low)
     p_value = float(binomtest(one, one + other).pvalue) if one + other else 1.0
     return PairedShares(both, one, other, neither, difference, low, high, p_value)
 
@@ -163,15 +176,19 @@ def paired_difference(first: np.ndarray, second: np.ndarray) -> MeanInterval | N
     if len(differences) < 2:
         return None
     mean = float(np.mean(differences))
-    reach = float(t.ppf(0.5 + LEVEL / 2.0, len(differences) - 1) * np.std(differences, ddof=1))
-    reach /= math.sqrt(len(differences))
+    half = float(t.ppf(0.5 + LEVEL / 2.0, len(differences) - 1) * np.std(differences, ddof=1))
+    half /= math.sqrt(len(differences))
     return MeanInterval(
-        len(differences), mean, mean - reach, mean + reach, quantile_of(differences, 0.5)
+        len(differences), mean, mean - half, mean + half, quantile_of(differences, 0.5)
     )
 
 
 def _correlation(both: int, one: int, other: int, neither: int) -> float:
-    """Return the correlation of two outcomes, with Newcombe's continuity correction."""
+    """Return the correlation phi of two outcomes, with Newcombe's continuity correction.
+
+    Args:
+        both, one, other, neither: numbers of draws, as in ``PairedShares``.
+    """
     product = (both + one) * (other + neither) * (both + other) * (one + neither)
     if product == 0:
         return 0.0
@@ -181,6 +198,7 @@ def _correlation(both: int, one: int, other: int, neither: int) -> float:
 
 
 RESAMPLES = 999
+"""Number of bootstrap resamples."""
 AT_A_TIME = 4_000_000
 """Number of values in a batch of resamples: 32 MB."""
 
@@ -189,12 +207,15 @@ class SobolIndex(NamedTuple):
     """Share of a variance that is due to a factor."""
 
     factor: str
+    """Name of the factor."""
     first: float
     """Share of the factor alone."""
     first_interval: tuple[float, float]
+    """Confidence interval of ``first``."""
     total: float
     """Share of the factor and all its interactions."""
     total_interval: tuple[float, float]
+    """Confidence interval of ``total``."""
 
 
 def sobol_of(
@@ -237,7 +258,10 @@ def sobol_of(
 def _intervals(
     a: np.ndarray, b: np.ndarray, exchanged: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limits of the intervals, each of shape (2, factors): first, total.
+    """Return the lower and the upper limits of the intervals of Sobol indices.
+
+    Each has shape (2, factors): first-order indices, then total ones. Arguments are those of
+    ``sobol_of``.
 
     ``SobolResult.bootstrap`` computes them as well, but with n^2 numbers: 2 GB at 4096 pairs.
     Batches of percentile bootstrap have no such limit.
@@ -245,6 +269,7 @@ def _intervals(
     from scipy.stats import bootstrap
 
     def statistic(pairs: np.ndarray, axis: int) -> np.ndarray:
+        """Return both indices of all factors for resampled pairs, as in ``sobol_of``."""
         f_a, f_b, mixed = a[pairs], b[pairs], exchanged[:, pairs]
         mean = (f_a.mean(axis) + f_b.mean(axis)) / 2.0
         centred = f_b - mean[..., None]

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from xarray import Dataset  # type: ignore[import-not-found, unused-ignore]
 
 DEFAULT_METRICS = ("final_whirl_over_e", "in_band_from", "peak_whirl_over_e", "residual_unbalance")
+"""Default metrics of a sweep."""
 ABOUT = b"ab_sim.sweep"
 """Key of the sweep's description, JSON, in the metadata of a Parquet schema."""
 UNIT, AS_JSON = b"unit", b"as_json"
@@ -83,6 +84,7 @@ class Sweep(Presented):
 
     @property
     def _names(self) -> str:
+        """Names of all columns, for messages."""
         return ", ".join(self.table.column_names)
 
     @property
@@ -108,7 +110,7 @@ class Sweep(Presented):
         return tuple(map(len, grid.values())) if isinstance(grid, dict) else None
 
     @property
-    def together(self) -> str:
+    def start_warning(self) -> str:
         """Warning about equal balls that start at one angle; empty if balls separate.
 
         It checks the first, the middle and the last run.
@@ -142,7 +144,7 @@ class Sweep(Presented):
         return 1.0 if unit is None else unit.factor
 
     def shown(self, name: str) -> np.ndarray:
-        """Return a column in its displayed unit."""
+        """Return a column's values in the displayed unit, shape (runs,)."""
         factor = self.factor(name)
         return self[name] if factor == 1.0 else self[name] * factor
 
@@ -155,6 +157,7 @@ class Sweep(Presented):
         """Return ``KEY=VALUE`` in the displayed unit; the unit is added if it is not SI.
 
         Args:
+            key: dotted key of the scene.
             value: value in SI, or a word.
         """
         if isinstance(value, str):
@@ -168,6 +171,7 @@ class Sweep(Presented):
         return self.shown_units.get(self.unit(name) or "")
 
     def _about(self, name: str, what: bytes) -> str | None:
+        """Return a column's metadata, ``UNIT`` or ``AS_JSON``; None if it has none."""
         entry: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)
         return None if entry is None else entry.decode()
 
@@ -369,7 +373,10 @@ def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
 
 
 def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
-    """Return rows with the keys' columns after the run number."""
+    """Return rows with the columns of the keys' values after the run number.
+
+    Values that a column of one type cannot hold, such as lists, are stored as JSON.
+    """
     values = list(zip(*(points.at(run) for run in range(len(points))), strict=True))
     table = rows
     for place, (key, column) in enumerate(zip(job.keys, values, strict=True), start=1):

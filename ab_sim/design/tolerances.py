@@ -18,7 +18,7 @@ from ab_sim.base.yaml_files import read_yaml
 from ab_sim.scene.keys import SceneKey, scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
-LEAST_LEFT = 1e-6
+LEAST_MASS = 1e-6
 """Least probability between the limits; for less, rounding spoils the quantiles."""
 
 
@@ -26,17 +26,21 @@ class Normal(NamedTuple):
     """Normal distribution, truncated at limits and renormalised."""
 
     mean: float
+    """Mean before truncation."""
     deviation: float
+    """Standard deviation before truncation."""
     low: float = -math.inf
+    """Lower limit."""
     high: float = math.inf
+    """Upper limit."""
 
-    def left(self) -> float:
+    def mass_within(self) -> float:
         """Return the probability between the limits before truncation, 0 to 1."""
         low, high = self._ends()
         return high - low
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """Return quantiles.
+        """Return the quantiles at probabilities, shape (n,).
 
         Args:
             shares: probabilities above 0 and below 1, shape (n,).
@@ -48,6 +52,7 @@ class Normal(NamedTuple):
         return np.clip(drawn, self.low, self.high)
 
     def _ends(self) -> tuple[float, float]:
+        """Return the probabilities below the lower and the upper limit before truncation."""
         from scipy.special import ndtr
 
         ends = [(limit - self.mean) / self.deviation for limit in (self.low, self.high)]
@@ -58,15 +63,19 @@ class LogNormal(NamedTuple):
     """Log-normal distribution, reduced by ``shift``, truncated at limits."""
 
     median: float
+    """Median before ``shift`` is subtracted."""
     log_deviation: float
+    """Standard deviation of the natural logarithm."""
     low: float = -math.inf
+    """Lower limit of the shifted value."""
     high: float = math.inf
+    """Upper limit of the shifted value."""
     shift: float = 0.0
     """Amount subtracted from the value; 1 for a relative deviation."""
 
-    def left(self) -> float:
+    def mass_within(self) -> float:
         """Return the probability between the limits, see ``Normal``."""
-        return self._logarithm().left()
+        return self._logarithm().mass_within()
 
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return quantiles, see ``Normal``."""
@@ -74,6 +83,7 @@ class LogNormal(NamedTuple):
         return np.clip(drawn, self.low, self.high)
 
     def _logarithm(self) -> Normal:
+        """Return the normal distribution of the logarithm of the value before the shift."""
         low, high = (
             math.log(limit + self.shift) if limit + self.shift > 0 else -math.inf
             for limit in (self.low, self.high)
@@ -87,7 +97,7 @@ class Uniform(NamedTuple):
     low: float
     high: float
 
-    def left(self) -> float:
+    def mass_within(self) -> float:
         """Return the probability between the limits, see ``Normal``."""
         return 1.0
 
@@ -100,8 +110,9 @@ class Discrete(NamedTuple):
     """Choice from a list of values with equal probability; repeated values count repeatedly."""
 
     choices: int
+    """Number of values in the list."""
 
-    def left(self) -> float:
+    def mass_within(self) -> float:
         """Return the probability between the limits, see ``Normal``."""
         return 1.0
 
@@ -114,8 +125,9 @@ class Loading(NamedTuple):
     """Multiple, of either sign, of a standard normal number shared with other tolerances."""
 
     size: float
+    """Factor, in the key's unit."""
 
-    def left(self) -> float:
+    def mass_within(self) -> float:
         """Return the probability between the limits, see ``Normal``."""
         return 1.0
 
@@ -128,6 +140,7 @@ Distribution = Normal | LogNormal | Uniform | Discrete | Loading
 
 
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
+"""Keys of the balls' start angles and rates."""
 OF_BALLS = ("balls.mass", "balls.radius", ANGLES, RATES)
 """Keys with a number per ball."""
 FACTOR, OFFSET, VALUE, RANDOM = "factor", "offset", "value", "random"
@@ -154,6 +167,7 @@ class Tolerance(NamedTuple):
     what: str
     """Kind of the drawn quantity: FACTOR, OFFSET, VALUE or RANDOM."""
     distribution: Distribution
+    """Distribution of the drawn quantity."""
     values: tuple[Any, ...] = ()
     """Values of a discrete distribution."""
     per_ball: bool = False
@@ -172,6 +186,8 @@ class Tolerance(NamedTuple):
 
 
 class _Options(NamedTuple):
+    """Options after a spread's form, as text; None for those that are missing."""
+
     per_ball: bool
     group: str | None
     low: str | None
@@ -196,16 +212,16 @@ def tolerance_of(text: str) -> Tolerance:
         reader.check_no_limits(options)
         return Tolerance(name, RANDOM, Uniform(0.0, 1.0), (), True, options.group, text)
     what, distribution, values = reader.form(spread_text, options)
-    if distribution.left() < LEAST_LEFT:
+    if distribution.mass_within() < LEAST_MASS:
         raise reader.error(
-            f"between low and high lies {distribution.left():.2g} of the distribution; "
-            f"must be at least {LEAST_LEFT:g}"
+            f"between low and high lies {distribution.mass_within():.2g} of the distribution; "
+            f"must be at least {LEAST_MASS:g}"
         )
     return Tolerance(name, what, distribution, values, options.per_ball, options.group, text)
 
 
 def _options(text: str, spread_text: str) -> tuple[str, _Options]:
-    """Return the text before the options, and the options."""
+    """Return the form of a spread, without its options, and the options; ``text`` is for errors."""
     options_: dict[str, Any] = {}
     while (option := _OPTION.search(spread_text)) is not None:
         name = "per_ball" if option[1] else option[2]
@@ -225,7 +241,7 @@ def _options(text: str, spread_text: str) -> tuple[str, _Options]:
 
 
 class _Reader:
-    """Reader of the forms, with error messages."""
+    """Reader of the forms of a spread of ``key``; ``text`` is for error messages."""
 
     def __init__(self, text: str, about: SceneKey, key: str) -> None:
         self._text, self._about, self._key = text, about, key
@@ -237,13 +253,16 @@ class _Reader:
         }
 
     def error(self, message: str) -> InputError:
+        """Return an error with the whole text and a message."""
         return InputError(f"spread {short(self._text)}: {message}")
 
     def check_options(self, options: _Options) -> None:
+        """Refuse ``per ball`` for a key without a number per ball."""
         if options.per_ball and self._key not in OF_BALLS:
             raise self.error(f"per ball is for {', '.join(OF_BALLS)} only")
 
     def check_no_limits(self, options: _Options) -> None:
+        """Refuse limits for a form that has none."""
         if options.low is not None or options.high is not None:
             raise self.error("low and high are for normal and lognormal only")
 
@@ -268,6 +287,7 @@ class _Reader:
         return what, distribution, ()
 
     def _normal(self, parts: list[str], options: _Options) -> tuple[str, Distribution]:
+        """Read ``SD``, ``5%``, ``MEAN,SD`` or ``MEAN,5%``; return the kind and the distribution."""
         if len(parts) == 2:
             shares = parts[1].endswith("%")
             parts = parts if shares else self._with_last_unit(parts)
@@ -281,6 +301,7 @@ class _Reader:
         return what, Normal(0.0, deviation, *self._limits(options, what))
 
     def _lognormal(self, parts: list[str], options: _Options) -> tuple[str, Distribution]:
+        """Read ``40%`` or ``MEDIAN,40%``; return the kind and the distribution."""
         if not parts[-1].endswith("%"):
             raise self.error(
                 f"{short(parts[-1])}: must be the standard deviation of the logarithm, e.g. 40%: "
@@ -294,6 +315,7 @@ class _Reader:
         return VALUE, LogNormal(median, deviation, *self._limits(options, VALUE))
 
     def _uniform(self, parts: list[str], options: _Options) -> tuple[str, Distribution]:
+        """Read ``HALF``, ``5%`` or ``LOW,HIGH``; return the kind and the distribution."""
         self.check_no_limits(options)
         if len(parts) == 1:
             what = FACTOR if parts[0].endswith("%") else OFFSET
@@ -305,7 +327,10 @@ class _Reader:
         return VALUE, Uniform(low, high)
 
     def _limits(self, options: _Options, what: str) -> tuple[float, float]:
-        """Return the limits of the drawn quantity: a value, or a deviation."""
+        """Return the limits of the drawn quantity, infinite if missing.
+
+        They limit the value itself, or its deviation for the kinds ``FACTOR`` and ``OFFSET``.
+        """
         limits = []
         for limit, missing in ((options.low, -math.inf), (options.high, math.inf)):
             if limit is None:
@@ -323,30 +348,35 @@ class _Reader:
         return limits[0], limits[1]
 
     def _check_takes_numbers(self) -> None:
+        """Refuse a continuous distribution for a key of whole numbers or words."""
         if self._about.range.startswith("whole"):
             raise self.error("takes whole numbers; write discrete:V,V,...")
         if self._unit == "-":
             raise self.error("takes no numbers; write discrete:V,V,...")
 
     def _share(self, text: str) -> float:
+        """Read a percentage above 0 as a fraction."""
         share = self._plain(text.removesuffix("%").strip()) / 100.0
         if share <= 0.0:
             raise self.error(f"{short(text)} must be above 0")
         return share
 
     def _positive(self, text: str) -> float:
+        """Read a number above 0, in SI."""
         number = self._number(text)
         if number <= 0.0:
             raise self.error(f"{short(text)} must be above 0")
         return number
 
     def _with_last_unit(self, parts: list[str]) -> list[str]:
+        """Return number texts, all with the unit of the last."""
         try:
             return with_last_unit(parts)
         except ValueError as error:
             raise self.error(f"{short(parts[-1])} {error}") from None
 
     def _number(self, text: str) -> float:
+        """Read a number with a unit or in SI; return it in SI."""
         if not has_unit(text):
             return self._plain(text)
         try:
@@ -355,6 +385,7 @@ class _Reader:
             raise self.error(f"{short(text)} {error}") from None
 
     def _plain(self, text: str) -> float:
+        """Read a finite number without a unit."""
         try:
             number = number_in(text)
         except ValueError:
@@ -364,6 +395,7 @@ class _Reader:
         return number
 
     def _listed(self, text: str) -> tuple[Any, ...]:
+        """Read the values of a discrete distribution, YAML; texts of numeric keys become SI."""
         try:
             values = read_yaml(f"[{text}]")
         except ValueError as error:
@@ -378,6 +410,7 @@ class _Reader:
 LEAST = 1e-6
 """Components of a deviation below this fraction of the standard deviation are left out."""
 MOST_BYTES = 50_000_000
+"""Largest size of a file with a fit."""
 
 
 def fitted_tolerances(path: Path) -> list[Tolerance]:
@@ -426,7 +459,13 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
 
 
 def _factor(covariance: np.ndarray) -> np.ndarray:
-    """Return the lower triangular factor, computed from correlations, which are well scaled."""
+    """Return the lower triangular factor L of a covariance L L^T, shape (keys, keys).
+
+    It is computed from the correlations, because the keys' units scale the covariance badly.
+
+    Raises:
+        ValueError: the covariance is not finite or not positive definite.
+    """
     sizes = np.sqrt(np.diag(covariance))
     if not (np.isfinite(covariance).all() and (sizes > 0.0).all()):
         raise ValueError("its covariance is not finite, or has a variance that is not above 0")
@@ -441,6 +480,13 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
 
 
 def _of_key(key: Any, row: np.ndarray, keys: list[Any]) -> list[Tolerance]:
+    """Return a key's tolerances, one per shared number on which it depends.
+
+    Args:
+        key: dotted key.
+        row: its row of the triangular factor, in the key's unit, shape (keys,).
+        keys: all fitted keys; each names the shared number of its column.
+    """
     whole = math.sqrt(float(row @ row))
     return [
         Tolerance(

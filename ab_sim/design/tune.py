@@ -55,6 +55,7 @@ class Tuning(Presented):
     _picture = "tuning"
 
     task: Task
+    """Definition of the tuning, with a resolved accuracy."""
     runs: Sweep
     """All runs in their order: one per draw of each candidate."""
     candidates: np.ndarray
@@ -65,8 +66,8 @@ class Tuning(Presented):
     """Index of the best candidate; None if nothing was found."""
     scene: Scene | None
     """Best scene, named ``NAME-tuned``; None if nothing was found."""
-    beside: tuple[tuple[str, float, float | None, bool], ...]
-    """Values next to the optimum, slightly below and above for each key.
+    nearby: tuple[tuple[str, float, float | None, bool], ...]
+    """Results next to the optimum, with each key slightly below and above its best value.
 
     Each entry: key, value, the aim, and whether it is within all bounds.
     """
@@ -181,9 +182,9 @@ class Tuning(Presented):
                 for name, (count, better) in self.left_out.items()
             },
             "active": self.active,
-            "beside": [
+            "nearby": [
                 dict(zip(("key", "value", "metric", "within"), row, strict=True))
-                for row in self.beside
+                for row in self.nearby
             ],
             "before": [
                 dict(zip(("scene", "metric", "within"), row, strict=True)) for row in self.before
@@ -240,7 +241,7 @@ def run_tuning(
                 tell(best_yet.text, done, task.candidates)
             return scores[-1].costs
 
-        search(task.ranges, costs, task.candidates, task.seed, _own_values(task))
+        search(task.ranges, costs, task.candidates, task.seed, _scene_values(task))
         whole = pyarrow.concat_tables(tables)
         runs.join(whole)
     scores_, values = joined(scores), np.array(candidates.values, float)
@@ -252,7 +253,7 @@ def run_tuning(
         scores_,
         best,
         None if best is None else _tuned(candidates.scene_of(best)),
-        () if best is None else _beside(task, candidates.values[best]),
+        () if best is None else _nearby(task, candidates.values[best]),
         _before(task),
     )
 
@@ -263,6 +264,7 @@ def _tuned(scene: Scene) -> Scene:
 
 
 def _check(task: Task) -> None:
+    """Refuse a task that cannot be run, before any run; see ``run_tuning``."""
     if not task.ranges:
         raise InputError("nothing varies; name a key and its range, e.g. balls.mass=0.5g..3g")
     check_keys([range_.key for range_ in task.ranges])
@@ -273,8 +275,8 @@ def _check(task: Task) -> None:
         raise InputError(f"share = {task.share:g}: must be above 0, at most 1")
     metric_columns(task.metrics)
     nominal = task._replace(tolerances=(), draws=1)
-    looked_at = _at_shares(nominal, (0.5, 0.0, 1.0 - 1e-9))
-    check_first(Job(task.scene, looked_at.keys, task.metrics), looked_at)
+    examples = _at_shares(nominal, (0.5, 0.0, 1.0 - 1e-9))
+    check_first(Job(task.scene, examples.keys, task.metrics), examples)
     if task.tolerances:
         _at_shares(task, (0.5,)).at(0)  # raises if the spread is invalid
 
@@ -287,8 +289,8 @@ def _at_shares(task: Task, shares: Sequence[float]) -> Candidates:
     return candidates
 
 
-def _own_values(task: Task) -> list[float] | None:
-    """Return the scene's own values, if all are numbers within their ranges.
+def _scene_values(task: Task) -> list[float] | None:
+    """Return the scene's values of the varied keys; None unless all are within their ranges.
 
     A search that starts from them finds no worse result than theirs.
     """
@@ -319,15 +321,15 @@ class _BestYet:
 
 
 def _judged(task: Task, values: Sequence[tuple[Any, ...]]) -> Scores:
-    """Score candidates outside the search."""
+    """Return the scores of candidates outside the search, given by the values of their keys."""
     candidates = Candidates(task, {})
     candidates.values.extend(values)
     points = [Point(run, candidates.at(run)) for run in range(len(candidates))]
     return scored(judged(Job(task.scene, candidates.keys, task.metrics), points), task)
 
 
-def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float | None, bool], ...]:
-    """Evaluate each key slightly below and above the best; whole numbers by one."""
+def _nearby(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float | None, bool], ...]:
+    """Return ``Tuning.nearby``: keys differ by ``NEAR`` of their values, whole numbers by one."""
     near = []
     for place, range_ in enumerate(task.ranges):
         for sign in (-1, 1):
@@ -342,6 +344,7 @@ def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float 
 
 
 def _before(task: Task) -> tuple[tuple[str, float | None, bool], ...]:
+    """Return ``Tuning.before``, from runs of the unchanged scene."""
     scenes = {AS_IT_IS: task.scene}
     if getattr(task.scene.profile, "variable_speed_period", None) is not None:
         changes = {"profile.variable_speed_period": None}
@@ -353,6 +356,7 @@ def _before(task: Task) -> tuple[tuple[str, float | None, bool], ...]:
 
 
 def _aim_and_within(scores: Scores, candidate: int) -> tuple[float | None, bool]:
+    """Return a candidate's aim, None without a value, and whether it is within all bounds."""
     aim = float(scores.aims[candidate])
     return (aim if math.isfinite(aim) else None), bool(scores.within[candidate])
 
@@ -375,12 +379,14 @@ def aim_of(minimise: str | None, maximise: str | None) -> Aim:
 
 
 class NearMiss(NamedTuple):
-    """Diagnosis of one bound."""
+    """Diagnosis of one bound in a tuning that found nothing."""
 
     bound: Bound
+    """The bound."""
     holds: int
     """Number of settled runs that satisfy the bound."""
     settled: int
+    """Number of settled runs."""
     measure: str
     """Metric that measures the distance: the bound's own, or the one that decides a truth value."""
     nearest: float | None

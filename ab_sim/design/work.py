@@ -40,7 +40,9 @@ FEWEST = 4
 ENOUGH = 0.2
 """Least duration of a chunk from which the time of a run is derived [s]."""
 Executor = Workers | Cluster
+"""Executor of calls: processes on this machine, or workers of a Dask cluster."""
 SUFFIX = ".parquet"
+"""Ending of the files of parts."""
 
 
 class Parts:
@@ -104,19 +106,21 @@ class Parts:
             self._complain(error)
 
     def join(self, rows: pyarrow.Table) -> None:
-        """Replace many parts by one with all rows."""
+        """Replace many parts by one with all rows, so that a later start reads a single file."""
         if self._folder is None:
             return
         before = set(self._folder.glob(f"*{SUFFIX}"))
         if len(before) < 2:
             return
         self.keep(rows)
+        # Remove the old parts only if the new one has been written: a disk may be full.
         if set(self._folder.glob(f"*{SUFFIX}")) - before:
             for file in before:
                 with contextlib.suppress(OSError):
                     file.unlink()
 
     def _complain(self, error: OSError) -> None:
+        """Log once that parts cannot be stored."""
         if not self._complained:
             self._complained = True
             reason = error.strerror or errno.errorcode.get(error.errno or 0, "")
@@ -125,6 +129,7 @@ class Parts:
 
 
 def _digest(content: bytes) -> str:
+    """Return the hash of a part's content, which is its file name."""
     return hashlib.sha256(content).hexdigest()[:32]
 
 
@@ -141,6 +146,7 @@ def _read(file: Path, schema: pyarrow.Schema) -> pyarrow.Table | None:
 
 
 def _once(rows: pyarrow.Table) -> pyarrow.Table:
+    """Return rows with each run once, the first of its rows."""
     first = {int(run): place for place, run in reversed(list(enumerate(rows[RUN].to_pylist())))}
     return rows.take(sorted(first.values()))
 
@@ -225,7 +231,11 @@ class StudyRuns:
             self._parts.join(rows)
 
     def _chunks(self, points: Points, missing: np.ndarray) -> Iterator[pyarrow.Table]:
-        """Yield rows of a few timed runs, then of all others in chunks of suitable size."""
+        """Yield rows of a few timed runs, then of all others in chunks of suitable size.
+
+        The first runs are computed here, in growing chunks, until the time of a run is known. Quick
+        studies thus need no other process. The rest is divided among the workers.
+        """
         taken, size = 0, LANES
         while taken < len(missing) and self._seconds is None:
             chunk = _Chunks(points, missing[taken : taken + size], size)[0]
@@ -238,15 +248,21 @@ class StudyRuns:
             taken += len(chunk)
             size = min(4 * size, MOST_OF_A_CHUNK)
         if taken < len(missing) and self._seconds is not None:
-            long = int(CHUNK_SECONDS / self._seconds)
-            size = min(long, math.ceil((len(missing) - taken) / FEWEST), MOST_OF_A_CHUNK)
+            most = int(CHUNK_SECONDS / self._seconds)
+            size = min(most, math.ceil((len(missing) - taken) / FEWEST), MOST_OF_A_CHUNK)
             size = max(LANES, math.ceil(size / LANES) * LANES)
             chunks = _Chunks(points, missing[taken:], size)
             yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)
 
 
 class _Chunks(Sequence[list[Point]]):
-    """Points in chunks, created on access because there may be millions."""
+    """Points in chunks, created on access because there may be millions.
+
+    Args:
+        points: values of the keys in each run.
+        runs: numbers of the runs, shape (n,).
+        size: number of runs in a chunk.
+    """
 
     def __init__(self, points: Points, runs: np.ndarray, size: int) -> None:
         self._points, self._runs, self._size = points, runs, size
@@ -270,32 +286,41 @@ class _Chunks(Sequence[list[Point]]):
 
 
 class _Progress:
-    """Progress with rate and remaining time."""
+    """Progress of a study, with rate and remaining time.
+
+    Args:
+        runs: number of all runs.
+        already_done: number of runs that are finished at the start.
+        tell: progress callback; None for none.
+    """
 
     def __init__(self, runs: int, already_done: int, tell: Progress | None) -> None:
         self._runs, self._done, self._tell = runs, already_done, tell
         self._newest = [(time.monotonic(), already_done)]
-        self._say("starting")
+        self._report("starting")
 
     def wait(self, what: str | None) -> None:
         """Report the reason of a wait; None repeats the last report."""
-        self._say(what or self._said)
+        self._report(what or self._text)
 
     def add(self, runs: int) -> None:
+        """Report that further runs are finished; the rate is that of the newest 20 reports."""
         self._done += runs
         self._newest = [*self._newest[-20:], (time.monotonic(), self._done)]
         (then, before), (now, done) = self._newest[0], self._newest[-1]
         rate = (done - before) / max(now - then, 1e-9)
         remaining = (self._runs - self._done) / rate
-        self._say(f"{rate:.3g} runs/s, {_time_text(remaining)} left")
+        self._report(f"{rate:.3g} runs/s, {_time_text(remaining)} left")
 
-    def _say(self, what: str) -> None:
-        self._said = what
+    def _report(self, text: str) -> None:
+        """Pass a text and the number of finished runs to the callback, and keep the text."""
+        self._text = text
         if self._tell is not None:
-            self._tell(what, self._done, self._runs)
+            self._tell(text, self._done, self._runs)
 
 
 def _time_text(seconds: float) -> str:
+    """Return a duration as text in h, min or s."""
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 1.5 * length:
             return f"{seconds / length:.1f} {unit}"

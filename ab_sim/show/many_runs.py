@@ -380,7 +380,7 @@ def _tuning_panel(
     for name, before, settled in tuning.before:
         if before is not None and settled:
             axes.axhline(before * tall, color=BEFORE, lw=1.2, ls=BEFORE_DASHES[name])
-    for name, value, metric, inside in tuning.beside:
+    for name, value, metric, inside in tuning.nearby:
         if name == range_.key and inside and metric is not None:
             axes.plot(value * wide, metric * tall, marker="|", ms=12, mew=1.6, color=BEST, ls="")
     if tuning.candidate is not None:

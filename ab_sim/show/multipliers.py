@@ -107,11 +107,11 @@ def drawn_modulus(followed: Followed) -> ResultFigure:
     Raises:
         InputError: no solution was found at any value.
     """
-    if all(point.found is None for point in followed.points):
-        raise InputError(f"{followed.over}: no periodic solution was found; there is none to draw")
+    if all(point.solution is None for point in followed.points):
+        raise InputError(f"{followed.key}: no periodic solution was found; there is none to draw")
     figure = ResultFigure(figsize=(9.0, 6.5), layout="constrained")
-    figure.suptitle(f"Stability of {followed.scene} over {followed.over}", fontsize=13)
-    stabilities = [point.found for point in followed.points]
+    figure.suptitle(f"Stability of {followed.scene} over {followed.key}", fontsize=13)
+    stabilities = [point.solution for point in followed.points]
     values = [point.value for point in followed.points]
     if all(one is None or one.balanced for one in stabilities):
         below = figure.subplots()
@@ -126,7 +126,7 @@ def drawn_modulus(followed: Followed) -> ResultFigure:
         below.set_ylabel("largest whirl [um]")
         below.set_ylim(bottom=0.0)
         below.grid(alpha=0.3)
-    below.set_xlabel(followed.over + (" [rad/s]" if followed.over == "speed" else ""))
+    below.set_xlabel(followed.key + (" [rad/s]" if followed.key == "speed" else ""))
     below.set_xlim(min(values), max(values))
     return figure
 
@@ -137,7 +137,7 @@ def draw_modulus_curve(axes: Axes, followed: Followed) -> None:
     Borders of stability are marked, and stable ranges are shaded.
     """
     values = np.array([point.value for point in followed.points])
-    stabilities = [point.found for point in followed.points]
+    stabilities = [point.solution for point in followed.points]
     largest = np.array([math.nan if one is None else one.largest for one in stabilities])
     axes.plot(values, largest, color="0.4", lw=1.0, zorder=2)
     for verdict, color in COLORS.items():
@@ -168,12 +168,12 @@ def stable_parts(followed: Followed) -> Iterator[tuple[float, float]]:
     """Yield the parameter ranges of stable solutions, from border to border."""
     cuts = sorted(border.value for border in followed.borders)
     for one, other in zip(followed.points[:-1], followed.points[1:], strict=True):
-        if one.found is None or other.found is None or other.new:
+        if one.solution is None or other.solution is None or other.new:
             continue
         low, high = sorted((one.value, other.value))
         inside = [cut for cut in cuts if low < cut < high]
-        if one.found.stable and other.found.stable:
+        if one.solution.stable and other.solution.stable:
             yield low, high
-        elif inside and (one.found.stable or other.found.stable):
-            stable = one if one.found.stable else other
+        elif inside and (one.solution.stable or other.solution.stable):
+            stable = one if one.solution.stable else other
             yield min(stable.value, inside[0]), max(stable.value, inside[0])

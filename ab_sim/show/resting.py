@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed
-from ab_sim.analysis.modes import AVERAGE, Mode, NaturalVibration, moving
+from ab_sim.analysis.modes import AVERAGING, Mode, NaturalVibration, moving
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag, composite_of
 from ab_sim.scene.model import Scene
 from ab_sim.show.curves import write_conventions
@@ -244,7 +244,7 @@ def drawn_campbell(vibration: NaturalVibration) -> ResultFigure:
     last = [branch[-1] for branch in branches]
     label_at_right(above, [_mode_label(vibration, mode) for mode in last], away=50.0)
     above.legend(handles=_mode_legend(vibration), loc="lower right", fontsize=8)
-    figure.supxlabel(AVERAGE, fontsize=8, color="0.4")
+    figure.supxlabel(AVERAGING, fontsize=8, color="0.4")
     return figure
 
 
@@ -288,7 +288,7 @@ def drawn_recovery(recoveries: RecoveryOverDrag) -> ResultFigure:
     )
     (times, amplitudes), (index, against) = figure.subplots(2, 2)
     several = "1 ball" if recoveries.balls == 1 else f"{recoveries.balls} balls"
-    ways: list[tuple[str, Sequence[Recovery]]] = [(several, recoveries.over)]
+    ways: list[tuple[str, Sequence[Recovery]]] = [(several, recoveries.at_drags)]
     if recoveries.one_ball is not None:
         ways.append(("1 ball of their mass", recoveries.one_ball[1:]))
     for (name, runs), colour in zip(ways, RECOVERY_COLOURS, strict=False):
@@ -297,7 +297,7 @@ def drawn_recovery(recoveries: RecoveryOverDrag) -> ResultFigure:
         times.plot(recoveries.drags, settling, **style)
         amplitudes.plot(recoveries.drags, [1e3 * run.maximum_amplitude for run in runs], **style)
         # Lambda compares drags of one drive, not different drives.
-        if runs is recoveries.over:
+        if runs is recoveries.at_drags:
             against.plot(_numbers([run.lambda_max for run in runs]), settling, **style)
         composite = composite_of(runs)
         if composite is not None:

@@ -185,7 +185,10 @@ def _windows(sizing: Sizing, axes: Axes) -> None:
                 candidate.count, 1.2 * candidate.border, "no drag\nserves", ha="center", fontsize=8
             )
             continue
-        size, narrow = candidate.window.high - candidate.window.low, candidate.why_not is not None
+        size, narrow = (
+            candidate.window.high - candidate.window.low,
+            candidate.reason_unsuitable is not None,
+        )
         text = label("drag window, narrower than its tolerance" if narrow else "drag window")
         hatch = "//" if narrow else None
         axes.bar(

@@ -35,7 +35,7 @@ def circulating(run: Trajectory, size: int) -> Circulation | None:
     for first in range(0, len(run), size):
         part = Trajectory(run.channels, run.samples[first : first + size])
         marks.take(part["time"][None], part["angle"][None], part.ball_angles[None])
-    return circulation_of(*marks.found)[0]
+    return circulation_of(*marks.kept)[0]
 
 
 @pytest.mark.parametrize("size", [1, 3, 334, 1001])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ab_sim.analysis.circulating import Reach, drive_of, lasting_speed, stalled
+from ab_sim.analysis.circulating import BunchRange, drive_of, lasting_speed, stalled
 from ab_sim.analysis.coexisting import CoexistingCirculation, coexisting_circulation
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.cli.stability import circulation_lines
@@ -37,7 +37,7 @@ def test_what_a_run_does_not_keep_is_left_out() -> None:
 def test_where_they_cannot_it_says_where_they_could() -> None:
     found = coexisting_circulation(stalling(cb=1.0), AT)
     assert found.states == () and found.speed == AT
-    (reach,) = found.elsewhere
+    (reach,) = found.other_speed_ranges
     assert reach.high < AT
 
 
@@ -62,12 +62,12 @@ def test_a_spindle_at_rest_and_scenes_that_are_not_known() -> None:
     assert coexisting_circulation(stalling(), 0.0).states == ()
     for name in ("no-ball", "packed-balls", "feeding-deck"):
         found = coexisting_circulation(load_scene(name), 300.0)
-        assert found.not_looked_for and found.report()["states"] == []
+        assert found.reason_not_covered and found.report()["states"] == []
 
 
 def test_a_closed_form_that_is_not_borne_out_says_so() -> None:
     """The two lines do not contradict each other: which of them is the closed form's is said."""
-    reach = Reach(2, 1.46, 1.806, "fold", "fold", 1.0, 1.0)
+    reach = BunchRange(2, 1.46, 1.806, "fold", "fold", 1.0, 1.0)
     for speed, denied in ((1.8, True), (2.0, False)):
         found = CoexistingCirculation(speed, None, (2, 1), (), (reach,))
         first, second = circulation_lines(found, 2, [])

@@ -52,7 +52,7 @@ def test_json_to_standard_output_is_only_json() -> None:
     branches = {each["label"]: each for each in json.loads(done.stdout)["branches"]}
     assert branches["balanced"]["stable"] is None
     assert branches["balanced"]["verdict"] == "undecided"
-    assert branches["balanced"]["comes_back"] is True
+    assert branches["balanced"]["returns"] is True
     assert {each["held_by_friction"] for each in branches.values()} == {None}
     assert "balanced: undecided" in done.stderr and "all come back" in done.stderr
 
@@ -63,7 +63,7 @@ def test_friction_holds_balls_about_the_states_without_it() -> None:
     for state in json.loads(done.stdout)["branches"]:
         for theta, (low, high) in zip(state["theta"], state["held_by_friction"], strict=True):
             assert low < theta < high
-        assert state["comes_back"] is None
+        assert state["returns"] is None
     assert "balanced: friction holds each ball" in done.stderr
 
 
@@ -75,7 +75,7 @@ def test_balls_that_circulate_beside_balance_are_named() -> None:
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)["circulation"]
     (state,) = found["states"]
-    assert found["not_looked_for"] is None and found["elsewhere"] == []
+    assert found["reason_not_covered"] is None and found["other_speed_ranges"] == []
     assert state["balls"] == 2 and state["stable"] is True and state["run_speed"] is None
     assert state["speed"] == state["exact"]["speed"] == pytest.approx(179.61867, rel=1e-7)
     assert state["closed_form"]["speed"] == pytest.approx(179.61867, rel=1e-4)
@@ -107,7 +107,7 @@ def test_where_nothing_rests_stably_balls_circulate() -> None:
 def test_where_they_are_not_looked_for_it_says_why() -> None:
     done = ab_sim("equilibria", "packed-balls", "--set", "balls.count=2", "--json", "-")
     assert done.returncode == 0, done.stderr
-    reason = json.loads(done.stdout)["circulation"]["not_looked_for"]
+    reason = json.loads(done.stdout)["circulation"]["reason_not_covered"]
     assert reason.startswith("effects.ball_contact: ")
     assert f"circulating balls were not searched for: {reason}" in " ".join(done.stderr.split())
 

@@ -44,7 +44,7 @@ def test_over_a_parameter_of_the_scene_the_border_is_located(tmp_path: Path) -> 
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     followed = json.loads(done.stdout)["followed"]
-    assert followed["over"] == "effects.viscous_drag.coefficient"
+    assert followed["key"] == "effects.viscous_drag.coefficient"
     assert [point["stable"] for point in followed["points"]] == [False, True, True]
     (border,) = followed["borders"]
     assert 0.002 < border["value"] < 0.011 and not border["stable_below"]

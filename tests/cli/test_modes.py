@@ -23,7 +23,7 @@ def test_modes_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> Non
         "m",
         "rad",
     ]
-    assert "averaged over one turn" in report["average"] and report["rest"] == [0.0] * 6
+    assert "averaged over one turn" in report["averaging"] and report["rest"] == [0.0] * 6
     found = vibration_of(load_scene("feeding-deck"), 335.0)
     for read, mode in zip(report["modes"], found.modes, strict=True):
         assert read["frequency"] == mode.frequency

@@ -120,7 +120,7 @@ def test_nothing_found_is_said_so() -> None:
     found = tuned("no-ball", ("effects.suspension.damping=0.2..60",), "final_whirl_over_e",
                   ("peak_whirl_over_e<0.1",), runs=40)  # fmt: skip
     assert found.candidate is None and found.best is None and found.scene is None
-    assert found.values == {} and found.active == [] and found.beside == ()
+    assert found.values == {} and found.active == [] and found.nearby == ()
     assert found.report()["found"] is False and "found nothing" in repr(found)
     assert np.isfinite(found.runs["peak_whirl_over_e"]).all() and not found.scores.within.any()
 
@@ -128,7 +128,7 @@ def test_nothing_found_is_said_so() -> None:
 def test_it_says_which_bounds_it_is_at() -> None:
     found = tuned("no-ball", ("effects.suspension.damping=0.2..10",), "peak_whirl_over_e", runs=40)
     assert found.active == ["effects.suspension.damping=10"]
-    (less, more) = found.beside
+    (less, more) = found.nearby
     assert found.best is not None and less[2] is not None and more[2] is not None
     assert less[2] > found.best > more[2] and more[1] == pytest.approx(10.5, rel=1e-3)
     assert [name for name, _, _ in found.before] == ["as it is"]

@@ -47,7 +47,7 @@ def test_where_none_is_found_is_marked(tmp_path: Path) -> None:
         effects={"unequal_suspension": equal},
     )  # fmt: skip
     followed = follow("speed", lambda w: (scene, w), [60.0, 70.0, 100.0])
-    assert followed.points[-1].found is None
+    assert followed.points[-1].solution is None
     with matplotlib.rc_context(SVG):
         save(drawn_modulus(followed), tmp_path / "f.svg", 110)
     text = (tmp_path / "f.svg").read_text()

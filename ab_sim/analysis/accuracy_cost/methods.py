@@ -35,6 +35,7 @@ class MeasuredMethod(Protocol):
     """Method at one setting, on one scene."""
 
     name: str
+    """Display name of the method."""
     peer: bool
     """True if the method is another package's."""
     step: float | None
@@ -55,14 +56,20 @@ class MeasuredMethod(Protocol):
         """
 
     def samples(self, kept: Any) -> Samples:
-        """Convert the result of ``run`` to samples."""
+        """Convert the result of ``run`` to deck positions and ball angles."""
 
     def energy_error(self) -> float | None:
         """Return the energy balance's error, from a separate run; None without a balance."""
 
 
 class OwnStepper:
-    """Stepper at one step.
+    """Stepper of this package at one step.
+
+    Args:
+        scene: scene to run.
+        sampling: times at which runs are compared.
+        stepper: name of the stepper.
+        step: step [s], which divides the sample period.
 
     Raises:
         SceneError: the scene refuses the step, e.g. beyond the stability limit.
@@ -91,6 +98,7 @@ class OwnStepper:
 
     def run(self) -> Trajectory:
         """Take and record all steps, as in normal use; keep those at the reference's times."""
+        # The longest spacing at which each reference time that is the end of a step is kept.
         every = self.each // math.gcd(self.each, self.sampling.parts)
         try:
             return self.drive.advance(self.sampling.number * self.each, every)
@@ -107,8 +115,8 @@ class OwnStepper:
         every = -(-self.sampling.number // INSTANTS)
         energies = []
         try:
-            for at in range(0, self.sampling.number, every):
-                drive.advance(self.each * min(every, self.sampling.number - at))
+            for done in range(0, self.sampling.number, every):
+                drive.advance(self.each * min(every, self.sampling.number - done))
                 energies.append(drive.energy())
         except DivergedError:
             return None
@@ -116,7 +124,7 @@ class OwnStepper:
 
 
 ABSOLUTE = 0.01
-"""Absolute tolerance, divided by the relative tolerance and the state's magnitude."""
+"""Absolute tolerance of a state, as a multiple of relative tolerance times magnitude."""
 
 
 LegSolver = Callable[[SmoothInterval, np.ndarray, float, np.ndarray], tuple[np.ndarray, int]]
@@ -196,6 +204,7 @@ class ByTolerance:
 
 
 MOST_STEPS = 10**7
+"""Largest number of steps that a solver may take in a leg."""
 # SciPy's type hints cover neither compiled functions nor methods named at run time.
 _SOLVE_IVP: Any = solve_ivp
 _ODEINT: Any = odeint
@@ -204,6 +213,7 @@ _ODEINT: Any = odeint
 def _solve_ivp(
     method: str, leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
 ) -> tuple[np.ndarray, int]:
+    """Integrate a leg by a method of SciPy's ``solve_ivp``; see ``LegSolver``."""
     grid = leg.grid
     done = _SOLVE_IVP(
         leg.f,
@@ -248,6 +258,7 @@ def lsoda(
 dop853: LegSolver = partial(_solve_ivp, "DOP853")
 radau: LegSolver = partial(_solve_ivp, "Radau")
 SCIPY: dict[str, LegSolver] = {"DOP853": dop853, "LSODA": lsoda, "Radau": radau}
+"""Solvers of SciPy by display name."""
 
 
 def cvode_solvers() -> dict[str, LegSolver]:
@@ -272,6 +283,7 @@ def _solve_by_cvode(
     relative: float,
     absolute: np.ndarray,
 ) -> tuple[np.ndarray, int]:
+    """Integrate a leg by CVODE; ``solver`` is its class, the others are those of ``LegSolver``."""
     cvode = solver(
         leg.fill,
         method=method,

@@ -25,6 +25,7 @@ from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene.model import Scene
 
 KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}
+"""Effects that the MuJoCo model represents."""
 IMMOVABLE = 1e15
 """Ratio of the spindle's inertia to that of rotor and balls: their effect is below rounding."""
 LEAST = 1e-14
@@ -53,6 +54,11 @@ def mujoco_refusal(scene: Scene) -> str:
 class MuJoCo:
     """MuJoCo's RK4 at one step.
 
+    Args:
+        scene: scene to run.
+        sampling: times at which runs are compared.
+        step: largest step [s]; shorter ones end at sample times and breakpoints.
+
     Raises:
         ImportError: MuJoCo is not installed.
         SceneError: MuJoCo cannot represent the scene.
@@ -66,9 +72,9 @@ class MuJoCo:
     def __init__(self, scene: Scene, sampling: SampleTimes, step: float) -> None:
         import mujoco
 
-        why = mujoco_refusal(scene)
-        if why:
-            raise SceneError(f"MuJoCo cannot represent {scene.name}: {why}")
+        refusal = mujoco_refusal(scene)
+        if refusal:
+            raise SceneError(f"MuJoCo cannot represent {scene.name}: {refusal}")
         self.mujoco: Any = mujoco
         # By default MuJoCo prints, and writes a log into the working directory. Failures are
         # reported here instead.
@@ -83,6 +89,7 @@ class MuJoCo:
         ]
         R = scene.race.radius
         spins = [over_effects(effects, "ball_inertia", 0.0, ball) for ball in balls]
+        # Scale all masses, so that MuJoCo's least inertia is negligible for the lightest ball.
         size = min([ball.mass for ball in balls], default=scene.total_mass) * R * R
         self.unit = 1.0 / size
         self.spin_torque = np.array(
@@ -99,6 +106,13 @@ class MuJoCo:
         self.data = mujoco.MjData(self.model)
 
     def _xml(self, masses: list[float], drags: list[float], spins: list[float]) -> str:
+        """Return the model as MJCF.
+
+        Args:
+            masses: mass of each ball [kg].
+            drags: drag torque per angular speed of each ball [N m s/rad].
+            spins: inertia of each ball's spin about the shaft, (I/a^2) R^2 [kg m^2].
+        """
         scene, unit, least = self.scene, self.unit, LEAST
         suspension = scene.effects.get("suspension")
         k, c = (suspension.stiffness, suspension.damping) if suspension else (0.0, 0.0)
@@ -149,16 +163,17 @@ class MuJoCo:
             for time in times[len(kept) :]:
                 if time > end + SAME_INSTANT:
                     break
-                now = self._go(now, time)
+                now = self._advance(now, time)
                 kept.append(self.data.qpos.copy())
-            now = self._go(now, end)
+            now = self._advance(now, end)
         bad = self.mujoco.mjtWarning
         for what in (bad.mjWARN_BADQPOS, bad.mjWARN_BADQVEL, bad.mjWARN_BADQACC):
             if self.data.warning[what].number:
                 raise FailedError("diverged: MuJoCo met values that are huge or not finite")
         return np.array(kept)
 
-    def _go(self, now: float, until: float) -> float:
+    def _advance(self, now: float, until: float) -> float:
+        """Take equal steps between two times [s]; return the second one."""
         if until - now > SAME_INSTANT:
             steps = int(np.ceil((until - now) / self.length - 1e-6))
             self.model.opt.timestep = (until - now) / steps

@@ -7,7 +7,8 @@ each leg. Integrators restart at each leg.
 
 import copy
 import math
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from ab_sim.scene.model import Scene
 LADDER = (0.1e-3, 0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3, 10e-3)
 """Steps at which every stepper is measured [s]; all divide the longest."""
 LEAST_SAMPLES = 20
+"""Least number of sample periods in a scene."""
 DENSE = 0.5e-3
 """Shortest step [s] for which runs are compared at the end of every step. Just after a jump of the
 spindle's acceleration, errors of long steps peak for some milliseconds."""
@@ -41,6 +43,7 @@ class SampleTimes(NamedTuple):
     period: float
     """Period [s]."""
     number: int
+    """Number of sample times."""
     parts: int = 1
     """Number of reference samples per period; runs are compared at those where a step ends."""
 
@@ -60,9 +63,9 @@ class SampleTimes(NamedTuple):
         return SampleTimes(self.period / self.parts, self.number * self.parts)
 
     def per_period(self, step: float) -> int:
-        """Return the number of steps per period; 0 if it is not whole."""
-        period, one = nanoseconds(self.period), nanoseconds(step)
-        return period // one if period % one == 0 else 0
+        """Return the number of steps [s] per period; 0 if it is not whole."""
+        period, length = nanoseconds(self.period), nanoseconds(step)
+        return period // length if period % length == 0 else 0
 
 
 def sampling_of(scene: Scene) -> SampleTimes:
@@ -79,8 +82,8 @@ def sampling_of(scene: Scene) -> SampleTimes:
     """
     duration = nanoseconds(scene.duration)
     longest, scene_step = nanoseconds(LADDER[-1]), nanoseconds(scene.solver.step)
-    wished = [math.lcm(longest, scene_step)] + [nanoseconds(step) for step in reversed(LADDER)]
-    for period in wished:
+    candidates = [math.lcm(longest, scene_step)] + [nanoseconds(step) for step in reversed(LADDER)]
+    for period in candidates:
         if duration // period >= LEAST_SAMPLES:
             times = SampleTimes(period / 1e9, duration // period)
             return times._replace(parts=_parts(times, [scene.solver.step, *reversed(LADDER)]))
@@ -92,6 +95,7 @@ def sampling_of(scene: Scene) -> SampleTimes:
 
 
 def _parts(sampling: SampleTimes, steps: list[float]) -> int:
+    """Return the number of reference samples per period at which steps [s] end, see above."""
     parts = 1
     for step in steps:
         per_period = sampling.per_period(step)
@@ -114,9 +118,13 @@ INSTANTS = 200
 
 
 def energy_error(energies: list[EnergyBalance]) -> float:
-    """Return the largest |stored - at start - motor work + dissipated| at some instants of a run.
+    """Return the relative error of the energy balance over a run.
 
-    It is divided by the largest stored, supplied or dissipated energy since the start.
+    It is the largest |stored - at start - motor work + dissipated|, divided by the largest stored,
+    supplied or dissipated energy since the start.
+
+    Args:
+        energies: energy balances at some instants of the run.
     """
     stored, start, work, dissipated = np.array(energies).T
     size = max(float(np.abs(column).max()) for column in (stored - start, work, dissipated))
@@ -145,19 +153,20 @@ class SmoothInterval(NamedTuple):
     keep: np.ndarray
     """Indices of the sample times in ``grid``."""
     place: ActiveSegment
+    """Profile segment of the interval."""
     start: float
     """Begin of the profile segment [s]: the origin of local time."""
     field: VectorField
     """Right-hand side f of y' = f(t, y) within the interval."""
 
     def f(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Return the slope as a new array."""
+        """Return the slope at time t [s] and state y as a new array, shape (states,)."""
         out = np.empty(len(y))
         self.fill(t, y, out)
         return out
 
     def fill(self, t: float, y: np.ndarray, out: np.ndarray) -> None:
-        """Write the slope into ``out``; y may be a column of an array."""
+        """Write the slope at time t [s] and state y into ``out``; y need not be contiguous."""
         self.field.fill(t, np.ascontiguousarray(y), out)
 
 
@@ -217,10 +226,12 @@ class RightHandSide:
         )
 
     def _stored(self, state: np.ndarray, time: float) -> float:
+        """Return the mechanical energy of a state at a time [J]."""
         psi, speed = self.profile.angle(time), self.profile.speed(time)
         return self.system.mechanical_energy(state, psi, speed)
 
-    def _legs(self) -> Any:
+    def _legs(self) -> Iterator[SmoothInterval]:
+        """Yield the smooth intervals up to the last sample time, one per profile segment."""
         times = self.sampling.times
         for scheduled in self.profile.segments:
             begin, end = scheduled.start, min(scheduled.end, self.sampling.end)

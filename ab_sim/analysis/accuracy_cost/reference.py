@@ -34,9 +34,10 @@ from ab_sim.model.dynamics.assemble import linear_rates
 from ab_sim.scene.model import Scene
 
 NODES, ITERATIONS = 8, 60
+"""Number of collocation nodes, and largest number of iterations of a step."""
 LONGEST = 1e-3
 """Longest step [s]."""
-REACH = 1.0
+STEP_TIMES_RATE = 1.0
 """Largest product of step and fastest rate; the iteration then converges in about 20 rounds."""
 SETTLED = 3e-16
 """Change at which the iteration ends, relative to each state's magnitude."""
@@ -54,9 +55,13 @@ class CollocationSteps(NamedTuple):
     """Equations, coefficients and work arrays for steps."""
 
     field: Field
+    """Compiled right-hand side."""
     c: Floats
+    """Nodes, shape (nodes,)."""
     a: Table
+    """Matrix, shape (nodes, nodes)."""
     b: Floats
+    """Weights, shape (nodes,)."""
     scale: Floats
     """Magnitudes of the states, shape (states,)."""
     rest: Floats
@@ -76,25 +81,32 @@ def _lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def integration(nodes: np.ndarray) -> np.ndarray:
-    """Return Q_mj, the integral of l_j from 0 to c_m, by Gauss quadrature, exact up to rounding.
+    """Return the integrals of the Lagrange basis functions from 0 to each node.
 
-    Integrating in the monomial basis would lose four digits at eight nodes.
+    Gauss quadrature is exact up to rounding. Integrating in the monomial basis would lose four
+    digits at eight nodes.
+
+    Args:
+        nodes: nodes c_m in [0, 1], shape (nodes,).
+
+    Returns:
+        Q_mj, the integral of l_j from 0 to c_m, shape (nodes, nodes).
     """
     x, w = legendre.leggauss((len(nodes) + 1) // 2)
     return np.array([c / 2.0 * (w @ _lagrange(nodes, c * (x + 1.0) / 2.0)) for c in nodes])
 
 
 def gauss_nodes(count: int = NODES) -> CollocationCoefficients:
-    """Return the coefficients of the method with ``count`` nodes."""
+    """Return the coefficients of Gauss collocation with ``count`` nodes."""
     x, w = legendre.leggauss(count)
     c = (x + 1.0) / 2.0
     return CollocationCoefficients(c, integration(c), w / 2.0)
 
 
 def step_for(f: RightHandSide) -> float:
-    """Return the longest step at which the iteration converges [s]."""
+    """Return the longest step at which the iteration for a scene converges [s]."""
     rates = linear_rates(f.system, f.scene.spindle.max_speed).values()
-    return min([LONGEST, *(REACH / abs(rate) for rate in rates if rate)])
+    return min([LONGEST, *(STEP_TIMES_RATE / abs(rate) for rate in rates if rate)])
 
 
 def collocate(f: RightHandSide, longest: float) -> np.ndarray:
@@ -109,16 +121,16 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     """
     nodes, state, rest = gauss_nodes(), f.start.copy(), np.zeros(f.start.size)
     shape = (NODES, state.size)
-    room = np.empty(shape), np.empty(shape), state.copy()
+    workspace = np.empty(shape), np.empty(shape), state.copy()
     kept = []
     for leg in f.legs:
-        steps_of = CollocationSteps(leg.field.emitted, *nodes, f.scale, rest, *room)
+        method = CollocationSteps(leg.field.emitted, *nodes, f.scale, rest, *workspace)
         states = [state.copy()]
         for begin, end in zip(leg.grid[:-1], leg.grid[1:], strict=True):
             steps = math.ceil((end - begin) / longest - 1e-9)
             length = (end - begin) / steps
             local = begin - leg.start
-            if not compiled(take_steps)(steps_of, local, length, steps, state):
+            if not compiled(take_steps)(method, local, length, steps, state):
                 raise FailedError(
                     f"collocation does not converge at t = {begin:.6g} s with steps of {length:g} s"
                 )
@@ -130,9 +142,18 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
 def take_steps(
     collocation_steps: CollocationSteps, begin: float, length: float, steps: int, state: Floats
 ) -> bool:
-    """Take steps of one length from a local time [s]; return whether the iterations converged.
+    """Take equal steps by collocation; to be compiled.
 
-    ``state`` and its compensation ``collocation_steps.rest`` are overwritten. To be compiled.
+    Args:
+        collocation_steps: equations, coefficients and work arrays; the compensation ``rest`` is
+            overwritten.
+        begin: local time at the start [s].
+        length: length of a step [s].
+        steps: number of steps.
+        state: state at the start, overwritten by that at the end, shape (states,).
+
+    Returns:
+        True if the iterations of all steps converged.
     """
     field, slopes, ahead, trial, rest = (
         collocation_steps.field,
@@ -177,6 +198,7 @@ def take_steps(
         # Rounding may keep the last digits from settling: accept changes up to 100 times as large.
         if not settled and not change <= 100.0 * SETTLED:
             return False
+        # Kahan's compensated sum: ``rest`` keeps the part of the increment that the state loses.
         for j in range(states):
             total = rest[j]
             for k in range(count):
@@ -188,13 +210,20 @@ def take_steps(
 
 
 TIGHT, TIGHT_STIFF = 2.5e-14, 1e-10
+"""Relative tolerances of SciPy's solutions, for other scenes and for very stiff ones.
+
+2.5e-14 is slightly above the least that SciPy accepts, 100 times the rounding error.
+"""
 MOST_COLLOCATED = 1_500_000
 """Maximum number of collocation steps; stiffer scenes use SciPy's implicit method."""
 SHORT = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7, 1e-7)
 """Steps for references with events [s]; the longest stable one is used."""
 MOST_STEPS = 10_000_000
+"""Largest number of steps of a reference with events."""
 EQUATIONS = ("equations of motion",)
+"""Code that a reference without events shares with the package's methods."""
 OURS = (*EQUATIONS, "laws of friction and contact", "steppers", "location of events")
+"""Code that a reference with events shares with the package's methods."""
 
 
 class Reference(NamedTuple):
@@ -209,7 +238,9 @@ class Reference(NamedTuple):
     """Largest difference of the two solutions over the run, at least the rounding error. The end
     alone would not do: at one instant they may agree by chance."""
     first: Samples
+    """Solution with which most methods are compared."""
     second: Samples
+    """Solution that checks the first one."""
     judged_by_second: tuple[str, ...]
     """Methods compared with the second solution, because they computed the first."""
 
@@ -250,11 +281,12 @@ def smooth_reference(f: RightHandSide) -> Reference:
         ) from error
     judged_by_second = () if steps <= MOST_COLLOCATED else ("Radau",)
     return Reference(
-        text, EQUATIONS, _apart(f.scene, first, second), first, second, judged_by_second
+        text, EQUATIONS, _uncertainty(f.scene, first, second), first, second, judged_by_second
     )
 
 
 def _by_tolerance(f: RightHandSide, name: str, tolerance: float) -> Samples:
+    """Return the solution by a method of ``SCIPY`` at a relative tolerance."""
     run = ByTolerance(f, None, name, SCIPY[name], tolerance)
     return run.samples(run.run())
 
@@ -285,12 +317,17 @@ def event_reference(scene: Scene, sampling: SampleTimes) -> Reference:
         f"rk8 at {step:g} s, cross-checked by tsit5 at {other:g} s, by which rk8 is judged; both "
         "locate events by the package's own code, because the peers here do not"
     )
-    return Reference(text, OURS, _apart(scene, first, second), first, second, (RK8.name,))
+    return Reference(text, OURS, _uncertainty(scene, first, second), first, second, (RK8.name,))
 
 
 def _shortest(
     scene: Scene, sampling: SampleTimes, stepper: str, below: float
 ) -> tuple[OwnStepper, float]:
+    """Return a stepper at the longest step of ``SHORT`` that is shorter than ``below`` [s].
+
+    Raises:
+        InputError: the scene refuses all these steps, or is too long for them.
+    """
     refusal = ""
     for step in SHORT:
         if step >= below:
@@ -307,7 +344,8 @@ def _shortest(
     )
 
 
-def _apart(scene: Scene, first: Samples, second: Samples) -> Deviation:
+def _uncertainty(scene: Scene, first: Samples, second: Samples) -> Deviation:
+    """Return the difference of two solutions over the run, at least the rounding error."""
     apart = deviation(second, first, scene.whirl_unit[0])
     least = rounding(first, scene.whirl_unit[0])
     angle, whirl = max(apart.angle, least.angle), max(apart.whirl, least.whirl)

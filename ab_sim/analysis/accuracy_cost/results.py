@@ -14,11 +14,13 @@ class ErrorBound(NamedTuple):
     """Error, or its upper bound if it is within the reference's uncertainty."""
 
     value: float
+    """Error, or the uncertainty if that is larger."""
     at_most: bool
+    """True if the value is only an upper bound."""
 
     @classmethod
     def of(cls, error: float, uncertainty: float) -> "ErrorBound":
-        """Create the bound from an error against a reference with this uncertainty."""
+        """Return the bound for an error against a reference with this uncertainty, in its unit."""
         return cls(max(error, uncertainty), error <= uncertainty)
 
     def __str__(self) -> str:
@@ -41,7 +43,13 @@ class RunErrors(NamedTuple):
 
     @classmethod
     def of(cls, deviation: Deviation, uncertainty: Deviation, energy: float | None) -> "RunErrors":
-        """Create the errors from a run's deviation."""
+        """Return the errors of a run.
+
+        Args:
+            deviation: deviation from the reference.
+            uncertainty: uncertainty of the reference.
+            energy: relative error of the energy balance; None without a balance.
+        """
         angle, whirl, angle_end, whirl_end = map(ErrorBound.of, deviation, uncertainty)
         return cls(angle, whirl, angle_end, whirl_end, energy)
 
@@ -50,6 +58,7 @@ class SettingCost(NamedTuple):
     """Cost and errors of a method at one setting."""
 
     method: str
+    """Display name of the method."""
     peer: bool
     """True if the method is another package's."""
     step: float | None
@@ -65,6 +74,7 @@ class SettingCost(NamedTuple):
     evaluations: float | None
     """Evaluations of the right-hand side per simulated second, for peers that count them."""
     failure: str = ""
+    """Error message of a method that failed; otherwise empty."""
 
     @property
     def setting(self) -> str:
@@ -90,7 +100,9 @@ class OmittedMethod(NamedTuple):
     """Method, or one of its settings, that was not measured."""
 
     method: str
+    """Name of the method, or of the method and its settings."""
     reason: str
+    """Reason in words."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -100,8 +112,11 @@ class AccuracyCost(Presented):
     _picture = "accuracy_cost"
 
     scene: str
+    """Name of the scene."""
     effects: tuple[str, ...]
+    """Effects of the scene."""
     balls: int
+    """Number of balls."""
     duration: float
     """Time that was simulated and compared [s]."""
     period: float
@@ -116,14 +131,19 @@ class AccuracyCost(Presented):
     as_scene_says: str
     """Stepper of the unchanged scene, and its step."""
     reference: str
+    """Description of the reference solution."""
     reference_shares: tuple[str, ...]
     """Code that the reference shares with the package's methods."""
     uncertainty: Deviation
     """Uncertainty of the reference's integration, not of the equations."""
     repeats: int
+    """Requested number of timed runs per setting."""
     rows: tuple[SettingCost, ...]
+    """Cost and errors, one row per method and setting."""
     omitted: tuple[OmittedMethod, ...]
+    """Methods and settings that were not measured, with reasons."""
     notes: tuple[str, ...]
+    """Notes on the conditions of the study, for the user."""
 
     @property
     def independent(self) -> bool:
@@ -155,12 +175,12 @@ class AccuracyCost(Presented):
             error: error in ball angle [rad]; without balls in whirl [e].
             peer: True for peers only, False for this package's methods only, None for both.
         """
-        good = [
+        accurate = [
             row
             for row in self.by_error()
             if self.error_of(row) <= error and peer in (None, row.peer)
         ]
-        return min(good, key=_median, default=None)
+        return min(accurate, key=_median, default=None)
 
     def _facts(self) -> dict[str, str]:
         front = self.front()
@@ -189,10 +209,10 @@ class AccuracyCost(Presented):
 
     def report(self) -> dict[str, object]:
         """Return the study as JSON-able values, with machine, versions and date."""
-        where = conditions()
-        where["versions"].update(peer_versions())
+        measured = conditions()
+        measured["versions"].update(peer_versions())
         return {
-            **where,
+            **measured,
             **{field.name: getattr(self, field.name) for field in fields(self)},
             "reference_independent": self.independent,
             "uncertainty": self.uncertainty._asdict(),
@@ -201,16 +221,18 @@ class AccuracyCost(Presented):
         }
 
     def _order(self, row: SettingCost) -> tuple[float, float]:
+        """Return the sort key of a row: its error, then its CPU time."""
         return self.error_of(row), _median(row)
 
 
 def _median(row: SettingCost) -> float:
+    """Return the median CPU seconds per simulated second of a row that ran."""
     assert row.cpu is not None
     return row.cpu.median
 
 
 def peer_versions() -> dict[str, str]:
-    """Return the versions of the installed peers."""
+    """Return the versions of the installed peers, by distribution name."""
     installed = {}
     for name in ("scipy", "scikit-sundae", "mujoco"):
         try:

@@ -46,10 +46,13 @@ from ab_sim.scene.load import SceneLike, as_scene, with_solver
 from ab_sim.scene.model import Scene
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
+"""Relative tolerances at which peers are measured."""
 FINER = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
 """Shorter steps than requested [s], for a stepper that is unstable at the requested ones."""
 LEAST_STEPS = 3
+"""Least number of steps at which a stepper is measured, if it is stable at that many."""
 EXTRA = "not installed; pip install 'ab_sim[peers]'"
+"""Text for a missing peer."""
 
 Setting = tuple[str, Callable[[], MeasuredMethod]]
 """Name of a setting, and its factory."""
@@ -93,9 +96,12 @@ def all_families(
 
 
 def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterator[Family]:
-    """Yield every registered stepper with its settings."""
-    own_steps = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
-    ladder = sorted({*steps, *own_steps}, reverse=True)
+    """Yield every registered stepper with its settings: the steps [s], and the scene's own step.
+
+    A stepper that is stable at fewer than ``LEAST_STEPS`` of them also gets steps of ``FINER``.
+    """
+    scene_steps = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
+    ladder = sorted({*steps, *scene_steps}, reverse=True)
     for name in steppers():
         settings = [
             (f"{1e3 * step:g} ms", partial(OwnStepper, scene, sampling, name, step))
@@ -113,7 +119,13 @@ def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterat
 
 
 def _longest(scene: Scene, stepper: str, step: float) -> float:
-    """Return the longest step that a stepper may take in a scene [s]."""
+    """Return the longest step that a stepper may take in a scene [s]; 0 if it refuses all.
+
+    Args:
+        scene: scene to run.
+        stepper: name of the stepper.
+        step: step that is tried first [s]; if the stepper refuses it, those of ``FINER`` follow.
+    """
     for shorter in (step, *FINER):
         candidate = with_solver(scene, stepper, shorter)
         try:
@@ -129,7 +141,10 @@ def _by_tolerance(
     tolerances: Sequence[float],
     missing: list[OmittedMethod],
 ) -> list[Family]:
-    """Return SciPy's integrators and CVODE; append CVODE to ``missing`` if not installed."""
+    """Return SciPy's integrators and CVODE with their tolerances; see ``all_families``.
+
+    CVODE is appended to ``missing`` if it is not installed.
+    """
     solvers: dict[str, LegSolver] = dict(SCIPY)
     try:
         solvers.update(cvode_solvers())
@@ -156,6 +171,7 @@ def _by_tolerance(
 def _mujoco(
     scene: Scene, sampling: SampleTimes, steps: Sequence[float], missing: list[OmittedMethod]
 ) -> list[Family]:
+    """Return MuJoCo with its steps [s]; append it to ``missing`` if it cannot run the scene."""
     refusal = mujoco_refusal(scene)
     if not refusal and importlib.util.find_spec("mujoco") is None:
         refusal = f"MuJoCo is {EXTRA}"
@@ -168,6 +184,7 @@ def _mujoco(
 
 
 def _events_reason(scene: Scene) -> str:
+    """Return the reason to omit methods that cannot locate the events of a scene."""
     names = [name for name, e in scene.effects.items() if has_events((e,))]
     return (
         f"{', '.join(names)}: forces switch at events, which this study does not let it locate; "
@@ -176,6 +193,7 @@ def _events_reason(scene: Scene) -> str:
 
 
 REPEATS = 9
+"""Default number of rounds in which all settings are timed."""
 
 NEAR = 3.0
 """Ratio of error to the reference's uncertainty below which no finer settings are run."""
@@ -186,7 +204,14 @@ TIME_FOR_ONE = 6.0
 
 
 class _Candidate:
-    """Method at one setting, with its measurements."""
+    """Method at one setting, with its measurements.
+
+    Args:
+        method: method at the setting.
+        errors: errors of its untimed run.
+        seconds: CPU time of that run [s].
+        repeats: requested number of timed runs; long runs are repeated less.
+    """
 
     def __init__(
         self, method: MeasuredMethod, errors: RunErrors, seconds: float, repeats: int
@@ -196,6 +221,7 @@ class _Candidate:
         self.seconds: list[float] = []
 
     def time_once(self) -> None:
+        """Run once from the start, and add the CPU time [s]."""
         self.method.prepare()
         begin = time.thread_time()
         self.method.run()
@@ -304,7 +330,15 @@ def accuracy_cost(
 
 
 class _Study:
-    """Study in progress."""
+    """Study in progress: candidates with their errors, and rows and reasons of the others.
+
+    Args:
+        scene: scene to run.
+        sampling: times at which runs are compared.
+        reference: reference solution.
+        repeats: requested number of timed runs per setting.
+        with_energy_balance: whether the scene can keep an energy balance.
+    """
 
     def __init__(
         self,
@@ -323,7 +357,7 @@ class _Study:
     def family(self, name: str, settings: Sequence[Setting]) -> None:
         """Run a method's settings, from coarse to fine, for their errors."""
         refused: dict[str, list[str]] = {}
-        for at, (setting, make) in enumerate(settings):
+        for index, (setting, make) in enumerate(settings):
             try:
                 method = make()
             except SceneError as error:
@@ -331,7 +365,7 @@ class _Study:
                 continue
             reason = self._run(method)
             if reason:
-                finer = [what for what, _ in settings[at + 1 :]]
+                finer = [what for what, _ in settings[index + 1 :]]
                 if finer:
                     what = f"{name} at {', '.join(finer)}"
                     self.omitted.append(OmittedMethod(what, f"at {setting} {reason}"))
@@ -367,6 +401,7 @@ class _Study:
         return ""
 
     def _deviation(self, name: str, samples: Samples) -> Deviation:
+        """Return the deviation of a method's samples from the reference that judges it."""
         return deviation(samples, self.reference.samples_for(name), self.scene.whirl_unit[0])
 
     def timed(self, tell: Progress) -> list[SettingCost]:
@@ -374,13 +409,15 @@ class _Study:
         for turn in range(self.repeats):
             tell("measuring", turn, self.repeats)
             count = len(self.candidates)
-            for at in range(count):
-                candidate = self.candidates[(turn + at) % count]
+            # Each round starts with another setting: a slow phase of the machine affects all alike.
+            for offset in range(count):
+                candidate = self.candidates[(turn + offset) % count]
                 if len(candidate.seconds) < candidate.repeats:
                     candidate.time_once()
         return [self._row(candidate) for candidate in self.candidates] + self.failed
 
     def _row(self, candidate: _Candidate) -> SettingCost:
+        """Return the cost and errors of a candidate after all its timed runs."""
         method, simulated = candidate.method, self.sampling.end
         evaluations = method.evaluations
         return SettingCost(

@@ -5,22 +5,22 @@ from ab_sim.analysis.circulating.bunch import (
     CirculatingBunch,
     bunches,
     drive_of,
+    reason_not_covered,
     stalled,
-    why_not,
 )
 from ab_sim.analysis.circulating.lasting import lasting_speed, state_of_bunch
-from ab_sim.analysis.circulating.reach import Reach, reach_over_drag, reach_over_speed
+from ab_sim.analysis.circulating.ranges import BunchRange, drag_ranges, speed_ranges
 
 __all__ = [
     "BunchDrive",
     "CirculatingBunch",
-    "Reach",
+    "BunchRange",
     "bunches",
     "drive_of",
     "lasting_speed",
-    "reach_over_drag",
-    "reach_over_speed",
+    "drag_ranges",
+    "speed_ranges",
     "stalled",
     "state_of_bunch",
-    "why_not",
+    "reason_not_covered",
 ]

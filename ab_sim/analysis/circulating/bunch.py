@@ -84,20 +84,20 @@ class BunchDrive(NamedTuple):
     """Number of balls n."""
 
 
-def why_not(scene: Scene) -> str | None:
+def reason_not_covered(scene: Scene) -> str | None:
     """Return the reason why the closed form does not cover a scene; None if it does."""
     drive_or_reason = _known(scene)
     return drive_or_reason if isinstance(drive_or_reason, str) else None
 
 
 def drive_of(scene: Scene) -> BunchDrive | None:
-    """Return the parameters of a scene; None if ``why_not`` gives a reason."""
+    """Return the parameters of the closed form for a scene; None if it does not cover the scene."""
     drive_or_reason = _known(scene)
     return None if isinstance(drive_or_reason, str) else drive_or_reason
 
 
 def _known(scene: Scene) -> BunchDrive | str:
-    """Return the parameters of a scene, or the reason why there are none."""
+    """Return the parameters of the closed form, or the reason why it does not cover the scene."""
     if scene.balls.count == 0:
         return "there are no balls"
     if "ball_contact" in scene.effects:
@@ -141,11 +141,22 @@ def _drag_of(system: System) -> float:
 
 
 Orders = tuple[complex, complex, complex]
-"""Factors of the second derivative, the first derivative and the function itself."""
+"""Coefficients of d^2, d and 1 in a differential equation, d = d/dt."""
 
 
 def _growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex) -> np.ndarray:
-    """Return eigenvalues [1/s] by falling real part, shape (5 + 2 (p - 1),), without the zero."""
+    """Return the growth rates of small disturbances of a bunch [1/s], by falling real part.
+
+    Args:
+        drive: parameters of the drive.
+        w: spindle speed [rad/s], above 0.
+        count: number p of balls in the bunch.
+        s: speed of the bunch [rad/s], above 0.
+        z: displacement of the deck relative to the bunch's direction [m].
+
+    Returns:
+        Complex rates, shape (5 + 2 (p - 1),), without the zero of a shift in time.
+    """
     orders = _equations(drive, w, count, s, z)
     size = len(orders[0])
     inverse = np.linalg.inv(orders[0])
@@ -164,7 +175,14 @@ def _growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: comple
 def _equations(
     drive: "BunchDrive", w: float, count: int, s: float, z: complex
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the real matrices of z and theta for derivatives 2, 1 and 0, with lengths in R."""
+    """Return the averaged equations, linearised: three real matrices of the disturbances.
+
+    Args:
+        drive, w, count, s, z: see ``_growth_rates``.
+
+    Returns:
+        Matrices of d^2, d and 1, shape (3, 3) each. They multiply (Re z / R, Im z / R, theta).
+    """
     m, mu, cb = drive.ball_mass, drive.rolling_mass, drive.drag
     turned: Orders = 1.0, 2j * s, -s * s
     deck = 0.0, drive.damping, drive.stiffness + 1j * drive.damping * s
@@ -182,9 +200,10 @@ def _equations(
 
 
 def _swinging(drive: "BunchDrive", w: float, count: int, s: float) -> Orders:
-    """Return the coefficients of d^2, d and 1 in the series of G."""
+    """Return the coefficients of d^2, d and 1 in the Taylor series of G(d) about d = 0."""
     b, factor = w - s, -0.5 * (drive.balls - count) * drive.ball_mass**2
     mu, cb = drive.rolling_mass, drive.drag
+    # Numerator (d + i s)^4 and denominator of G, up to d^2, then the quotient of the two series.
     above = s**4, 4.0 * (1j * s) ** 3, -6.0 * s * s
     below = complex(-mu * b * b, -cb * b), complex(cb, -2.0 * mu * b), mu
     first = above[0] / below[0]
@@ -194,7 +213,7 @@ def _swinging(drive: "BunchDrive", w: float, count: int, s: float) -> Orders:
 
 
 def _plane(factor: complex) -> np.ndarray:
-    """Return the real 2x2 matrix of the multiplication by a complex number."""
+    """Return the real 2 x 2 matrix that multiplies (real, imaginary) by a complex number."""
     return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
 
 
@@ -210,10 +229,11 @@ class CirculatingBunch:
     """Balls that turn together at a speed between 0 and the spindle's."""
 
     drive: BunchDrive
+    """Parameters of the drive."""
     spindle_speed: float
     """Spindle speed w [rad/s], with its sign."""
     count: int
-    """Number p of balls in the bunch, out of the number of balls."""
+    """Number p of balls in the bunch; the others rest on the rotor."""
     speed: float
     """Speed s of the bunch relative to the housing [rad/s], with the sign of w."""
     W: float
@@ -227,7 +247,7 @@ class CirculatingBunch:
         drive, w = self.drive, abs(self.spindle_speed)
         pull = w**4 * _turning_unbalance(drive, w, self.count)
         rotor = complex(drive.stiffness - drive.mass * w * w, drive.damping * w)
-        return drive.ball_mass * pull / abs(rotor) / self._beaten(abs(self.speed))
+        return drive.ball_mass * pull / abs(rotor) / self._swing_stiffness(abs(self.speed))
 
     @property
     def resting_swing(self) -> float:
@@ -235,11 +255,11 @@ class CirculatingBunch:
         if self.count == self.drive.balls:
             return 0.0
         s = abs(self.speed)
-        return self.drive.ball_mass * s * s * self.W / self._beaten(s)
+        return self.drive.ball_mass * s * s * self.W / self._swing_stiffness(s)
 
     @property
-    def known(self) -> bool:
-        """True if swings are small enough for the closed form."""
+    def valid(self) -> bool:
+        """True if both swings are small enough for the closed form."""
         return max(self.bunch_swing, self.resting_swing) <= MOST_SWING
 
     @cached_property
@@ -262,7 +282,7 @@ class CirculatingBunch:
         return self.lambda_max < 0.0
 
     def report(self) -> dict[str, object]:
-        """Return the bunch as JSON-able values in SI units."""
+        """Return state, stability and swings as JSON-able values in SI units."""
         return {
             "balls": self.count,
             "speed": self.speed,
@@ -274,14 +294,14 @@ class CirculatingBunch:
             "resting_swing": self.resting_swing,
         }
 
-    def _beaten(self, s: float) -> float:
-        """Return the force per radian of a ball that swings at b [N]."""
+    def _swing_stiffness(self, s: float) -> float:
+        """Return the amplitude of the force per radian of a ball that swings at b = w - s [N]."""
         drive, b = self.drive, abs(self.spindle_speed) - s
         return drive.radius * abs(complex(drive.rolling_mass * b * b, drive.drag * b))
 
 
 def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunch]:
-    """Return all states with ``count`` circulating balls by rising speed, stable or not.
+    """Return all states with ``count`` circulating balls by rising speed s, stable or not.
 
     Args:
         drive: parameters of the drive.
@@ -309,23 +329,23 @@ def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunc
 
 
 def stalled(
-    drive: BunchDrive, speed: float, count: int, known_only: bool = True
+    drive: BunchDrive, speed: float, count: int, valid_only: bool = True
 ) -> CirculatingBunch | None:
-    """Return the stable state of lowest speed; None if there is none.
+    """Return the stable bunch of lowest speed s; None if there is none.
 
     Args:
         drive, speed, count: see ``bunches``.
-        known_only: accept only states with small swings. Otherwise also accept plausible states,
+        valid_only: accept only states with small swings. Otherwise also accept plausible states,
             whose bunch is on the side of the displacement, as it is below the critical speed.
     """
     for bunch in bunches(drive, speed, count):
-        if bunch.stable and (bunch.known or (not known_only and bunch.angle < 0.5 * math.pi)):
+        if bunch.stable and (bunch.valid or (not valid_only and bunch.angle < 0.5 * math.pi)):
             return bunch
     return None
 
 
 def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
-    """Return the dynamic stiffness D [N/m]."""
+    """Return the dynamic stiffness D of the deck at the speed s of ``count`` balls [N/m]."""
     b, m = w - s, drive.ball_mass
     stiffness = complex(drive.stiffness - drive.mass * s * s, drive.damping * s)
     if count == drive.balls:
@@ -334,8 +354,8 @@ def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
     return stiffness + (drive.balls - count) * m * m * s**4 / (2.0 * swinging)
 
 
-def _missed(drive: BunchDrive, w: float, count: int, s: float) -> float:
-    """Return F / (c_b w k^2), dimensionless."""
+def _residual(drive: BunchDrive, w: float, count: int, s: float) -> float:
+    """Return F(s) / (c_b w k^2), dimensionless; it is 0 for a bunch at speed s."""
     D = _stiffness_at(drive, w, count, s) / drive.stiffness
     driven = drive.drag * (w - s) * abs(D) ** 2 / (drive.drag * w)
     lost = count * drive.ball_mass**2 * s**4 * D.imag / (drive.stiffness * drive.drag * w)
@@ -343,22 +363,23 @@ def _missed(drive: BunchDrive, w: float, count: int, s: float) -> float:
 
 
 def _roots(drive: BunchDrive, w: float, count: int) -> list[float]:
-    """Return all s in (0, w) with F = 0.
+    """Return all speeds s in (0, w) with F(s) = 0, rising [rad/s].
 
-    Between two zeros of its derivative, the polynomial has at most one root.
+    Between two zeros of its derivative, the polynomial has at most one root. F itself is evaluated
+    from its factors, because the coefficients of the polynomial lose digits at its narrow minima.
     """
     slope = _polynomial(drive, w, count).deriv()
     # Scaled by the critical speed, at which |D| has its narrow minimum.
     scale = math.sqrt(drive.stiffness / drive.mass)
     turning = np.asarray(slope.roots()).real * scale
     edges = np.unique(np.clip([1e-9 * w, *turning, (1.0 - 1e-9) * w], 1e-9 * w, (1.0 - 1e-9) * w))
-    values = [_missed(drive, w, count, float(s)) for s in edges]
+    values = [_residual(drive, w, count, float(s)) for s in edges]
     roots = []
     for k in range(len(edges) - 1):
         if values[k] * values[k + 1] < 0.0:
             ends = float(edges[k]), float(edges[k + 1])
             roots.append(
-                float(brentq(lambda s: _missed(drive, w, count, s), *ends, xtol=1e-13 * w))
+                float(brentq(lambda s: _residual(drive, w, count, s), *ends, xtol=1e-13 * w))
             )
     return roots
 
@@ -369,14 +390,14 @@ def _polynomial(drive: BunchDrive, w: float, count: int) -> Polynomial:
     x, m = Polynomial([0.0, 1.0]), drive.ball_mass
     b, loss = w / unit - x, drive.damping * unit / drive.stiffness
     drag = drive.drag / (m * unit)
-    own_real, own_imag = 1.0 - x**2, loss * x
+    deck_real, deck_imag = 1.0 - x**2, loss * x
     q, share = drive.balls - count, m / drive.mass
     if q == 0:
-        return drag * b * (own_real**2 + own_imag**2) - count * share * x**4 * own_imag
+        return drag * b * (deck_real**2 + deck_imag**2) - count * share * x**4 * deck_imag
     # D 2 E b = N with E = mu/m b + i c_b/(m unit), F times 4 b |E|^2.
     E_real = drive.rolling_mass / m * b
-    N_real = 2.0 * b * (own_real * E_real - own_imag * drag) + q * share * x**4
-    N_imag = 2.0 * b * (own_real * drag + own_imag * E_real)
+    N_real = 2.0 * b * (deck_real * E_real - deck_imag * drag) + q * share * x**4
+    N_imag = 2.0 * b * (deck_real * drag + deck_imag * E_real)
     turned = N_imag * E_real - N_real * drag
     return drag * (N_real**2 + N_imag**2) - 2.0 * count * share * x**4 * turned
 

@@ -1,4 +1,4 @@
-"""Persistence of a circulating bunch, tested by a simulation that starts near it."""
+"""Test whether a circulating bunch persists, by a simulation that starts near it."""
 
 import math
 
@@ -30,6 +30,7 @@ def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:
     layout: StateLayout = layout_of(system)
     p, backwards = bunch.count, bunch.spindle_speed < 0.0
     state = np.zeros(layout.size)
+    # Displacement along the rotor's x axis; the deck's whirl at s gives its velocity.
     state[layout.deck] = bunch.W, 0.0, 0.0, bunch.speed * bunch.W
     angles = state[layout.angles]
     angles[:p] = -bunch.angle if backwards else bunch.angle
@@ -51,17 +52,20 @@ FEWEST_BEATS = 50.0
 MOST_STEPS = 3e5
 """Largest number of steps."""
 OFF = 1e-3
-"""Standard deviation of the initial ball angles [rad]; it lets an unstable bunch fall apart."""
+"""Standard deviation of the disturbance of the ball angles [rad].
+
+Without it, an unstable bunch would stay together: equal balls at one place never part.
+"""
 NEAR = 0.05
 """Largest relative change of the bunch's speed from its start."""
 
 
 def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
-    """Return the bunch's mean speed [rad/s] in the last half of a run; None if it does not last.
+    """Return the mean speed of a bunch [rad/s] in the last half of a run; None if it does not last.
 
-    A bunch lasts if its balls keep its speed and the others keep the spindle's. If the balls are
-    nearly as fast as the rotor, a simulation would take too long and None is returned. Friction is
-    left out, as for resting states.
+    A bunch lasts if its balls keep its speed and the others keep the spindle's. Friction is left
+    out, as for resting states. None is also returned if the balls are nearly as fast as the rotor:
+    a simulation of ``FEWEST_BEATS`` beats would then take more than ``MOST_STEPS`` steps.
 
     Args:
         scene: scene of the bunch.
@@ -82,6 +86,7 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
         run = drive.advance(steps, every=max(1, steps // 20_000))
     except DivergedError:
         return None
+    # Judge the last half only: the closed form is not exact, so that the bunch first drifts.
     half = len(run) // 2
     time = run["time"][half:] - run["time"][half]
     # Fit a straight line: a difference of the end points would contain the swings.

@@ -42,7 +42,7 @@ class Equilibria(Presented):
     balanced_positions: str | None = None
     """Positions among which worst and best were chosen.
 
-    ``extremes.ALL`` or ``extremes.SAMPLED``; None if there is no worst and best position.
+    ``balanced.ALL`` or ``balanced.SAMPLED``; None if there is no worst and best position.
     """
 
     @property
@@ -82,7 +82,10 @@ class Equilibria(Presented):
 
 
 def equilibria_of(scene: Scene, speed: float) -> Equilibria:
-    """Return the resting states at a constant speed [rad/s], with their eigenvalues.
+    """Return the resting states of a scene at a constant speed [rad/s], with their eigenvalues.
+
+    Friction and contact are left out. States are in closed form unless an effect has none; they are
+    then searched for numerically.
 
     Raises:
         SceneError: the equations contain the spindle's angle, or its speed is a state; or there
@@ -98,8 +101,8 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
     else:
         states = resting_states(system, rotor, speed)
     omitted = tuple(name for name in LEFT_OUT if name in scene.effects)
-    two = any(state.label.endswith(WORST) for state in states)
-    positions = known_positions(rotor, len(system.balls)) if two else None
+    has_extremes = any(state.label.endswith(WORST) for state in states)
+    positions = known_positions(rotor, len(system.balls)) if has_extremes else None
     return Equilibria(scene.name, speed, tuple(states), omitted, rotor is None, positions)
 
 
@@ -108,6 +111,11 @@ def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list
 
     If three or more balls can balance, the balanced states are those at the symmetric, the worst
     and the best position.
+
+    Args:
+        system: a ``resting_system``.
+        rotor: closed-form parameters of the system.
+        speed: spindle speed w [rad/s].
     """
     states = [
         resting_state(system, speed, *place)
@@ -131,10 +139,15 @@ class RestingPlace(NamedTuple):
 
     label: str
     u: np.ndarray
+    """Displacement of the deck on the rotating axes [m], shape (2,)."""
     theta: np.ndarray
+    """Ball angles from the unbalance [rad], shape (n,)."""
     structural_zeros: int
+    """Number of eigenvalues that are exactly 0 because the state is part of a continuum."""
     assignments: int | None
+    """Number of ways to assign the balls to the places; None in a continuum."""
     balance_alike: bool = False
+    """True if three or more equal balls balance the rotor."""
 
 
 def clustered_places(rotor: ClosedFormRotor, speed: float, pattern: Pattern) -> list[RestingPlace]:
@@ -152,7 +165,7 @@ def clustered_places(rotor: ClosedFormRotor, speed: float, pattern: Pattern) -> 
 
 
 def balanced_place(rotor: ClosedFormRotor, theta: np.ndarray) -> RestingPlace:
-    """Return the state with W = 0 at a balanced position [rad]."""
+    """Return the state with W = 0 at balanced ball angles theta [rad], shape (n,)."""
     n = len(theta)
     zeros = max(0, n - 2, _turning(rotor))
     ways = {1: 1, 2: 2 if (np.abs(np.sin(theta)) > 1e-9).any() else 1}.get(n)
@@ -163,7 +176,7 @@ def balanced_place(rotor: ClosedFormRotor, theta: np.ndarray) -> RestingPlace:
 def balanced_state(
     system: System, rotor: ClosedFormRotor, speed: float, theta: np.ndarray
 ) -> RestingState:
-    """Return the state with W = 0 at a balanced position [rad], with its eigenvalues."""
+    """Return the state of ``balanced_place`` with its eigenvalues at a speed [rad/s]."""
     return resting_state(system, speed, *balanced_place(rotor, theta))
 
 

@@ -63,7 +63,10 @@ def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
 
 
 def completed(rotor: ClosedFormRotor, first_balls: np.ndarray) -> np.ndarray | None:
-    """Place the last balls of a rotor so that it balances, see ``closed_forms.completed``."""
+    """Return all ball angles of a balanced rotor, from the angles of all balls but the last two.
+
+    See ``closed_forms.completed``.
+    """
     return closed_forms.completed(rotor.unbalance, rotor.moments, first_balls)
 
 
@@ -80,6 +83,7 @@ def positions(rotor: ClosedFormRotor) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]) -> np.ndarray:
+    """Return ``positions`` of a rotor that can balance; its hashable parameters key the cache."""
     rotor = ClosedFormRotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
     n, middle = len(moments), symmetric(rotor)
     if n <= 2:
@@ -89,12 +93,12 @@ def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, .
     candidates = [] if middle is None else [middle]
     candidates += _between(rotor, low, high, starts, draw)
     if len({*kinds}) > 1:
-        candidates += _there(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
+        candidates += _balanced_from(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
     return np.array(candidates)
 
 
 def ends(rotor: ClosedFormRotor) -> tuple[np.ndarray, np.ndarray]:
-    """Return balanced positions with the smallest and the largest rho, for three or more balls."""
+    """Return the balanced positions [rad] with the smallest and the largest rho, n >= 3."""
     _, low, high = _ends(rotor.unbalance, rotor.moments, rotor.kinds)
     return low, high
 
@@ -103,20 +107,30 @@ def ends(rotor: ClosedFormRotor) -> tuple[np.ndarray, np.ndarray]:
 def _ends(
     unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]
 ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
-    """Return some balanced positions, and the positions with the smallest and largest rho."""
+    """Return some balanced positions, and those with the smallest and the largest rho.
+
+    Local extremes of rho are searched from the symmetric position and from random ones, because rho
+    has several local extremes along the manifold.
+    """
     rotor = ClosedFormRotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
     n, middle = len(moments), symmetric(rotor)
     draw = np.random.default_rng(0)
     starts = [] if middle is None else [middle]
-    starts += _there(rotor, draw.uniform(-math.pi, math.pi, (max(2, STARTS // n), n)))
+    starts += _balanced_from(rotor, draw.uniform(-math.pi, math.pi, (max(2, STARTS // n), n)))
     extremes = [_extreme(rotor, start, sense) for start in starts for sense in (1.0, -1.0)]
-    sound = [x for x in extremes if x is not None] or starts
-    sound.sort(key=lambda x: doubling(rotor, x))
-    return starts, sound[0], sound[-1]
+    converged = [x for x in extremes if x is not None] or starts
+    converged.sort(key=lambda x: doubling(rotor, x))
+    return starts, converged[0], converged[-1]
 
 
 def position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
-    """Return a balanced position with a given rho within the ``ends``, for three or more balls."""
+    """Return a balanced position [rad] with a given rho, for three or more balls.
+
+    Args:
+        rotor: unbalance and ball moments.
+        rho: value between those of the two ``ends``. If Newton's method fails from all starts, the
+            known position with the nearest rho is returned.
+    """
     by_distance = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
     if abs(doubling(rotor, by_distance[0]) - rho) <= SAME:
         return by_distance[0]
@@ -127,8 +141,11 @@ def position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
     return next((x for x in tries if x is not None), by_distance[0])
 
 
-def _there(rotor: ClosedFormRotor, starts: np.ndarray) -> list[np.ndarray]:
-    """Return the balanced positions to which Newton's method converges from the starts."""
+def _balanced_from(rotor: ClosedFormRotor, starts: np.ndarray) -> list[np.ndarray]:
+    """Return the balanced positions to which Newton's method converges from starts, shape (m, n).
+
+    Starts from which it fails are skipped.
+    """
     return [x for x in (_closed(rotor, start) for start in starts) if x is not None]
 
 
@@ -139,7 +156,11 @@ def _between(
     starts: list[np.ndarray],
     draw: np.random.Generator,
 ) -> list[np.ndarray]:
-    """Return positions from ``low`` to ``high`` at evenly spaced levels of rho."""
+    """Return balanced positions from ``low`` to ``high`` at evenly spaced levels of rho.
+
+    Each is searched from the previous one, from ``high`` and from ``starts``; levels that are not
+    reached are skipped.
+    """
     angles = [low]
     levels = np.linspace(doubling(rotor, low), doubling(rotor, high), LEVELS)
     for level in levels[1:-1].tolist():
@@ -147,8 +168,8 @@ def _between(
         # direction.
         near = [x + draw.normal(scale=0.05, size=len(x)) for x in (angles[-1], high)]
         tries = (_closed(rotor, start, level) for start in (*near, *starts))
-        there = next((x for x in tries if x is not None), None)
-        angles += [] if there is None else [there]
+        position = next((x for x in tries if x is not None), None)
+        angles += [] if position is None else [position]
     return [*angles, high]
 
 
@@ -172,23 +193,23 @@ def _closed(
     total = moments.sum()
     theta = theta.copy()
     for _ in range(60):
-        reach = moments * np.exp(1j * theta)
-        miss = reach.sum() + rotor.unbalance
-        off, ways = (
+        vectors = moments * np.exp(1j * theta)
+        miss = vectors.sum() + rotor.unbalance
+        residual, rows = (
             [miss.real / total, miss.imag / total],
-            [-reach.imag / total, reach.real / total],
+            [-vectors.imag / total, vectors.real / total],
         )
         if level is not None:
             double = moments * np.exp(2j * theta) / total
-            off.append(abs(double.sum()) ** 2 - level**2)
-            ways.append(2.0 * (double.sum().conj() * 2j * double).real)
-        if np.abs(off).max() <= 4e-16 * len(moments):
+            residual.append(abs(double.sum()) ** 2 - level**2)
+            rows.append(2.0 * (double.sum().conj() * 2j * double).real)
+        if np.abs(residual).max() <= 4e-16 * len(moments):
             break
         # The system is underdetermined: the least-squares step of minimal norm leads to the nearest
         # position. Steps are limited to half a radian.
-        step = np.linalg.lstsq(np.array(ways), np.array(off), rcond=1e-12)[0]
+        step = np.linalg.lstsq(np.array(rows), np.array(residual), rcond=1e-12)[0]
         theta -= step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
-    return theta if np.abs(off).max() <= 1e-13 * len(moments) else None
+    return theta if np.abs(residual).max() <= 1e-13 * len(moments) else None
 
 
 def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndarray | None:
@@ -215,6 +236,7 @@ def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndar
     minimum = minimize(
         square, start, jac=slope, method="SLSQP", constraints=[closing], options=options
     )
+    # SLSQP satisfies the constraint only approximately: improve the position to rounding.
     return _closed(rotor, minimum.x)
 
 
@@ -226,7 +248,9 @@ CLOSE = 1e-8
 """Tolerance of rho, as a fraction of its range."""
 
 ALL, SAMPLED = "all", "sampled"
+"""Sets of balanced positions from which worst and best are chosen; see ``known_positions``."""
 Growth = Callable[[np.ndarray], np.ndarray]
+"""Function that returns the growth rates [1/s] at values of rho; both have shape (levels,)."""
 
 
 def known_positions(rotor: ClosedFormRotor | None, balls: int) -> str | None:
@@ -248,8 +272,14 @@ def known_positions(rotor: ClosedFormRotor | None, balls: int) -> str | None:
 def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[np.ndarray]:
     """Return balanced positions [rad] that include the worst and the best at a nonzero speed.
 
-    For three or more equal balls: the symmetric position, and the worst and best of all. Otherwise
-    ``positions``, a sample if three or more balls differ.
+    Args:
+        system: a ``resting_system``.
+        rotor: closed-form parameters of the system.
+        speed: spindle speed w [rad/s].
+
+    Returns:
+        For three or more equal balls: the symmetric position, the worst and the best of all.
+        Otherwise all ``positions``, which are a sample if three or more balls differ.
     """
     middle = symmetric(rotor)
     if middle is None or len(middle) < 3:
@@ -259,22 +289,28 @@ def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[n
     if last - first <= NARROW:
         return [middle]
     growth, levels = growths(system, speed, low), np.linspace(first, last, GROWTH_LEVELS)
-    seen = growth(levels)
-    worst = _least(lambda rhos: -growth(rhos), levels, -seen)
-    best = _least(growth, levels, seen)
+    samples = growth(levels)
+    worst = _least(lambda rhos: -growth(rhos), levels, -samples)
+    best = _least(growth, levels, samples)
     return [middle, position_at(rotor, worst), position_at(rotor, best)]
 
 
-def _least(growth: Growth, levels: np.ndarray, seen: np.ndarray) -> float:
-    """Return the minimiser of a function, refined around each local minimum of its samples."""
-    around = np.pad(seen, 1, constant_values=np.inf)
-    low = np.flatnonzero((seen <= around[:-2]) & (seen <= around[2:]))
+def _least(growth: Growth, levels: np.ndarray, samples: np.ndarray) -> float:
+    """Return the rho at which a function is smallest, refined around each minimum of its samples.
+
+    Args:
+        growth: function of rho.
+        levels: rising values of rho, shape (levels,).
+        samples: values of the function at ``levels``.
+    """
+    around = np.pad(samples, 1, constant_values=np.inf)
+    low = np.flatnonzero((samples <= around[:-2]) & (samples <= around[2:]))
     close = CLOSE * (levels[-1] - levels[0])
-    best = int(seen.argmin())
-    rho, least = float(levels[best]), float(seen[best])
+    best = int(samples.argmin())
+    rho, least = float(levels[best]), float(samples[best])
     at_ends = growth(np.array([levels[0] + close, levels[-1] - close]))
     for k in low.tolist():
-        if k in (0, len(levels) - 1) and seen[k] <= at_ends[min(k, 1)]:
+        if k in (0, len(levels) - 1) and samples[k] <= at_ends[min(k, 1)]:
             continue  # the growth rises from this end: no interior minimum
         bounds = levels[max(k - 1, 0)], levels[min(k + 1, len(levels) - 1)]
         minimum = minimize_scalar(
@@ -289,6 +325,9 @@ def _least(growth: Growth, levels: np.ndarray, seen: np.ndarray) -> float:
 def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
     """Return a function of rho: the largest real part [1/s] of the eight eigenvalues.
 
+    The equations are reduced once, at the position ``theta``, as the module's docstring derives.
+    For other values of rho only the coupling of balls and deck is scaled.
+
     Args:
         system: a ``resting_system`` of equal balls in an isotropic suspension.
         speed: spindle speed w [rad/s], not 0.
@@ -298,7 +337,7 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
     mass, moment = system.deck_model.total_mass, float(system.balls[0, MOMENT])
     inertia = float(system.balls[0, ROLLING_MASS] * system.balls[0, RACE_RADIUS] ** 2)
     tangents = np.array([-np.sin(theta), np.cos(theta)])
-    turn, reach, along = np.linalg.svd(tangents)
+    turn, coupling, along = np.linalg.svd(tangents)
     basis = np.zeros((layout.size, 8))
     basis[layout.deck, :4] = np.kron(np.eye(2), turn)
     basis[layout.angles, 4:6], basis[layout.rates, 6:] = along[:2].T, along[:2].T
@@ -307,26 +346,27 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
     # Damping of a single ball, taken from a motion that does not act on the deck.
     alone = across[:, 0] @ jacobian[layout.rates, layout.rates] @ across[:, 0]
 
-    def masses(reaches: np.ndarray) -> np.ndarray:
-        matrix = np.empty((*reaches.shape[:-1], 8, 8))
+    def masses(couplings: np.ndarray) -> np.ndarray:
+        matrix = np.empty((*couplings.shape[:-1], 8, 8))
         matrix[:] = np.eye(8)
         for axis in (0, 1):
             matrix[..., 2 + axis, 2 + axis] = mass
-            matrix[..., 2 + axis, 6 + axis] = moment * reaches[..., axis]
-            matrix[..., 6 + axis, 2 + axis] = moment / inertia * reaches[..., axis]
+            matrix[..., 2 + axis, 6 + axis] = moment * couplings[..., axis]
+            matrix[..., 6 + axis, 2 + axis] = moment / inertia * couplings[..., axis]
         return matrix
 
-    here = masses(reach) @ (basis.T @ jacobian @ basis)
+    # The mass matrix on the left: S then multiplies entries instead of being inside an inverse.
+    here = masses(coupling) @ (basis.T @ jacobian @ basis)
     block = np.zeros((8, 8))
     block[4:6, 6:] = np.eye(2)
     block[6:, 6:] = alone * np.eye(2)
 
     def at(rhos: np.ndarray) -> np.ndarray:
-        reaches = np.sqrt(0.5 * n * (1.0 + np.multiply.outer(rhos, [1.0, -1.0])).clip(0.0))
+        couplings = np.sqrt(0.5 * n * (1.0 + np.multiply.outer(rhos, [1.0, -1.0])).clip(0.0))
         scales = np.ones((len(rhos), 8))
-        scales[:, 4:6] = scales[:, 6:] = reaches / reach
+        scales[:, 4:6] = scales[:, 6:] = couplings / coupling
         scaled = block + (here - block) * scales[:, :, None] * scales[:, None, :]
-        matrices = np.linalg.solve(masses(reaches), scaled)
+        matrices = np.linalg.solve(masses(couplings), scaled)
         return np.linalg.eigvals(matrices).real.max(axis=1)
 
     return at

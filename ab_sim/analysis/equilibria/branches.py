@@ -91,6 +91,13 @@ def _clustered(
 
     Between two folds the number and the order of radii are constant. The exception is balls whose
     moment equals the unbalance: a branch then ends in the balanced set, with W = 0.
+
+    Args:
+        system: a ``resting_system``.
+        rotor: closed-form parameters of the system.
+        pattern: pattern of the branches.
+        folds: folds of the pattern within the speeds, rising.
+        speeds: rising speeds [rad/s].
     """
     ends = [float(speeds[0]), *(fold.speed for fold in folds), float(speeds[-1])]
     inner = [end for pair in pairwise(ends) for end in _changes(rotor, pattern, *pair, speeds)]
@@ -130,9 +137,9 @@ def _changes(
 def _balanced(
     system: System, rotor: ClosedFormRotor, speeds: np.ndarray
 ) -> Iterator[BranchInterval]:
-    """Yield the intervals of one balanced position; of three or more balls also worst and best.
+    """Yield the balanced branch over speeds [rad/s], and those of the worst and best position.
 
-    Which position is worst can change with speed.
+    There are a worst and a best position with three or more balls; they can change with speed.
     """
     if not rotor.moments or not can_balance(rotor):
         return

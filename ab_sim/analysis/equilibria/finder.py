@@ -54,7 +54,9 @@ class Scales(NamedTuple):
     """Magnitudes of the states and of their rate of change."""
 
     state: np.ndarray
+    """Magnitude of each state, shape (states,)."""
     rate: float
+    """Magnitude of the rates of change [1/s]: a scaled state changes by about 1 in 1 / ``rate``."""
 
     @property
     def length(self) -> float:
@@ -63,7 +65,10 @@ class Scales(NamedTuple):
 
 
 def scales_of(system: System, speed: float) -> Scales:
-    """Return scales: total unbalance over total mass for lengths, the speed for rates."""
+    """Return the scales of a system at a speed [rad/s].
+
+    The length is the unbalance of rotor and balls over the total mass, the rate is the speed.
+    """
     moments = system.balls[:, MASS] * system.balls[:, RACE_RADIUS]
     length = (system.deck_model.unbalance + float(moments.sum())) / system.deck_model.total_mass
     rate = max(abs(speed), 1e-6)
@@ -74,18 +79,24 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
     """Return the resting state near a given state by Newton's method; None if it fails.
 
     On a continuum, the nearest state is returned.
+
+    Args:
+        system: a ``resting_system``.
+        speed: spindle speed w [rad/s].
+        state: first guess, shape (states,).
     """
     field, scales = field_at(system, speed), scales_of(system, speed)
     for _ in range(60):
-        off = field.slope(0.0, state) / (scales.state * scales.rate)
-        ways = scaled_jacobian(field.jacobian(0.0, state), scales)
-        if not (np.isfinite(off).all() and np.isfinite(ways).all()):
+        residual = field.slope(0.0, state) / (scales.state * scales.rate)
+        jacobian = scaled_jacobian(field.jacobian(0.0, state), scales)
+        if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             return None
         # Singular values of a continuum are cut off, so that the step has no component along it.
-        step = np.linalg.lstsq(ways, off, rcond=0.1 * SINGULAR)[0]
+        step = np.linalg.lstsq(jacobian, residual, rcond=0.1 * SINGULAR)[0]
         largest = float(np.abs(step).max())
         size = 1.0 + float(np.abs(state / scales.state)[:4].max())
-        if np.abs(off).max() <= CLOSE * size and largest <= 1e-9 * size:
+        # A small residual alone does not suffice: near a fold it is small far from the root.
+        if np.abs(residual).max() <= CLOSE * size and largest <= 1e-9 * size:
             return state - step * scales.state
         # Limit the step to half a radian. The deck's part is scaled by the same factor.
         turn = float(np.abs(step[4:]).max()) if len(step) > 4 else 0.0
@@ -94,12 +105,20 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
 
 
 def scaled_jacobian(jacobian: np.ndarray, scales: Scales) -> np.ndarray:
-    """Return the Jacobian of the scaled equations by scaled states."""
+    """Return the derivatives of the scaled rates by the scaled states, shape (states, states).
+
+    Args:
+        jacobian: derivatives of the rates by the states, same shape.
+        scales: scales of states and rates.
+    """
     return jacobian * scales.state / (scales.state[:, None] * scales.rate)
 
 
 def found_states(system: System, speed: float) -> list[RestingState]:
-    """Return resting states at a nonzero speed [rad/s], sorted by label, then by falling W."""
+    """Return the resting states that a search from many starts finds at a nonzero speed [rad/s].
+
+    They are sorted by label, then by falling W; balanced states come last.
+    """
     kept: list[np.ndarray] = []
     for start in _starts(system, speed):
         state = converged(system, speed, start)
@@ -111,7 +130,12 @@ def found_states(system: System, speed: float) -> list[RestingState]:
 def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[RestingState]:
     """Return states labelled by their patterns, with eigenvalues.
 
-    For a continuum, return the first, the worst and the best of the states given.
+    Of several states of one continuum, the first, the worst and the best are returned.
+
+    Args:
+        system: a ``resting_system``.
+        speed: spindle speed w [rad/s].
+        states: resting states, shape (states,) each.
     """
     by_label: dict[str, list[RestingState]] = {}
     kinds, n = kinds_of(system), len(system.balls)
@@ -146,12 +170,13 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
 
 def nullity(system: System, speed: float, state: np.ndarray) -> int:
     """Return the dimension of the continuum of resting states around a state; 0 if isolated."""
-    ways = scaled_jacobian(field_at(system, speed).jacobian(0.0, state), scales_of(system, speed))
-    sizes = np.linalg.svd(ways, compute_uv=False)
+    field, scales = field_at(system, speed), scales_of(system, speed)
+    sizes = np.linalg.svd(scaled_jacobian(field.jacobian(0.0, state), scales), compute_uv=False)
     return int((sizes < SINGULAR * sizes[0]).sum())
 
 
 def _label(system: System, speed: float, u: np.ndarray, theta: np.ndarray, lost: int) -> str:
+    """Return the label of a state with displacement u [m], ball angles [rad] and a nullity."""
     W = float(np.hypot(*u))
     if W <= SAME * scales_of(system, speed).length:
         return "balanced"
@@ -167,6 +192,7 @@ def _label(system: System, speed: float, u: np.ndarray, theta: np.ndarray, lost:
 
 
 def _assignments(theta: np.ndarray, kinds: tuple[int, ...]) -> int:
+    """Return the number of different states that exchanges of equal balls give."""
     places = [(kind, round(float(np.cos(x)), 6), round(float(np.sin(x)), 6))
               for kind, x in zip(kinds, theta, strict=True)]  # fmt: skip
     shared = math.prod(math.factorial(k) for k in Counter(places).values())
@@ -174,7 +200,7 @@ def _assignments(theta: np.ndarray, kinds: tuple[int, ...]) -> int:
 
 
 def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool:
-    """Return whether two states are equal, up to exchanges of equal balls."""
+    """Return whether two states are equal within ``SAME``, up to exchanges of equal balls."""
     scales, n = scales_of(system, speed), len(system.balls)
     far = np.abs(one[:2] - two[:2]).max()
     if far > SAME * (scales.length + np.abs(one[:2]).max()):
@@ -190,6 +216,7 @@ def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool
 
 
 def _starts(system: System, speed: float) -> list[np.ndarray]:
+    """Return first guesses: the closed forms without other effects, then random states."""
     rotor: ClosedFormRotor = base_rotor_of(system)
     n = len(system.balls)
     starts = [state_of(system, speed, np.zeros(2), theta) for theta in positions(rotor)]
@@ -201,6 +228,7 @@ def _starts(system: System, speed: float) -> list[np.ndarray]:
             starts.append(state_of(system, speed, u, theta))
     draw = np.random.default_rng(0)
     length = scales_of(system, speed).length
+    # The whirl near resonance is much larger than ``length``: draw from 0.1 to 30 times that.
     for _ in range(STARTS * (n + 1)):
         u = length * 10.0 ** draw.uniform(-1.0, 1.5) * draw.normal(size=2)
         starts.append(state_of(system, speed, u, draw.uniform(-math.pi, math.pi, n)))

@@ -11,18 +11,19 @@ from scipy.optimize import brentq
 from ab_sim.analysis.equilibria.patterns import Fold
 from ab_sim.analysis.equilibria.states import RestingState
 
-At = Callable[[float], RestingState]
-"""Function that returns the state of an interval at a speed [rad/s]."""
+StateAtSpeed = Callable[[float], RestingState]
+"""Function that returns the state of a branch at a speed [rad/s]."""
 
 
 class Crossing(NamedTuple):
     """Speed at which small disturbances change between growth and decay."""
 
     speed: float
-    """Speed [rad/s]."""
+    """Spindle speed [rad/s]."""
     label: str
+    """Label of the branch."""
     W: float
-    """Radius [m]."""
+    """Radius of the whirl [m]."""
     frequency: float
     """Imaginary part of the crossing eigenvalue [rad/s]; 0 if it is real."""
     gains: bool
@@ -42,12 +43,13 @@ class StateSummary(NamedTuple):
     """Stored part of a branch's state at a speed: see ``RestingState``."""
 
     W: float
-    """Radius [m]."""
+    """Radius of the whirl [m]."""
     theta: list[float]
     """Ball angles [rad]."""
     lambda_max: float
     """Largest growth rate [1/s]."""
     stable: bool | None
+    """Verdict of the linear test; None if undecided."""
 
     @classmethod
     def of(cls, state: RestingState) -> "StateSummary":
@@ -60,13 +62,20 @@ class BranchInterval:
     """Branch between two speeds, within which no state of its pattern begins or ends."""
 
     label: str
+    """Label of the branch, as in ``RestingState``."""
     states: tuple[StateSummary, ...]
+    """States along the branch."""
     speeds: np.ndarray
     """Speeds [rad/s], rising, one per state."""
     crossings: tuple[Crossing, ...]
+    """Changes of stability, by rising speed."""
 
     def having(self, stable: bool | None) -> list[tuple[float, float]]:
-        """Return the speed ranges [rad/s] in which the linear test gives this verdict."""
+        """Return the speed ranges [rad/s] in which the linear test gives a verdict.
+
+        Args:
+            stable: verdict: True, False, or None for undecided.
+        """
         edges = [self.speeds[0], *(crossing.speed for crossing in self.crossings), self.speeds[-1]]
         middles = [0.5 * (a + b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
         near = [int(np.argmin(np.abs(self.speeds - x))) for x in middles]
@@ -81,6 +90,7 @@ class OverSpeed:
     speeds: tuple[float, float]
     """Lowest and highest speed [rad/s]."""
     intervals: tuple[BranchInterval, ...]
+    """Branches, cut at folds."""
     folds: tuple[tuple[str, Fold], ...]
     """Folds by rising speed, each with its pattern's label."""
 
@@ -101,7 +111,7 @@ class OverSpeed:
 
     @property
     def undecided(self) -> list[tuple[float, float]]:
-        """Ranges without a stable state, in which the linear test is undecided for some state."""
+        """Speed ranges [rad/s] without a stable state, but with a state that is undecided."""
         ranges = [r for s in self.intervals for r in s.having(None)]
         decided = [r for s in self.intervals for r in s.having(True)]
         return _others(self.speeds, [*decided, *_others(self.speeds, ranges)])
@@ -146,10 +156,11 @@ class OverSpeed:
         return cls((low, high), tuple(intervals), tuple(folds))
 
 
-Some = TypeVar("Some", Crossing, Fold)
+Item = TypeVar("Item", Crossing, Fold)
 
 
-def _of(kind: type[Some], report: dict[str, Any]) -> Some:
+def _of(kind: type[Item], report: dict[str, Any]) -> Item:
+    """Return the crossing or fold in a report; further keys are ignored."""
     return kind(**{key: report[key] for key in kind._fields})
 
 
@@ -171,8 +182,14 @@ def _others(
     return gaps
 
 
-def interval_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
-    """Return a branch with its states at ``speeds`` and the crossings located between them."""
+def interval_of(label: str, at: StateAtSpeed, speeds: np.ndarray) -> BranchInterval:
+    """Return a branch with its states at speeds and the crossings located between them.
+
+    Args:
+        label: label of the branch.
+        at: function that returns the state at a speed.
+        speeds: rising speeds [rad/s].
+    """
     states = tuple(at(float(w)) for w in speeds)
     crossings = tuple(_crossings(label, at, speeds, states))
     return BranchInterval(
@@ -181,9 +198,12 @@ def interval_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
 
 
 def _crossings(
-    label: str, at: At, speeds: np.ndarray, states: Sequence[RestingState]
+    label: str, at: StateAtSpeed, speeds: np.ndarray, states: Sequence[RestingState]
 ) -> Iterator[Crossing]:
-    """Yield roots of lambda_max; signs that are due to rounding are ignored."""
+    """Yield the speeds at which lambda_max changes its sign, see ``interval_of``.
+
+    States whose sign may be due to rounding are skipped.
+    """
     decided = [k for k, state in enumerate(states) if state.stable is not None]
     for one, two in zip(decided[:-1], decided[1:], strict=True):
         if states[one].stable is states[two].stable:
@@ -192,7 +212,7 @@ def _crossings(
             brentq(lambda w: at(w).lambda_max, speeds[one], speeds[two], xtol=1e-300, rtol=1e-14)
         )
         if np.abs(speed - speeds[[0, -1]]).min() <= SAME * speed:
-            continue  # the crossing belongs to the state met at this end
+            continue  # lambda_max is 0 at a fold: no change along this branch
         state = at(speed)
         nearest = state.eigenvalues[np.argsort(np.abs(state.eigenvalues.real - state.lambda_max))]
         frequency = float(np.abs(nearest[0].imag))
@@ -200,7 +220,12 @@ def _crossings(
 
 
 def grid_between(low: float, high: float, speeds: np.ndarray) -> np.ndarray:
-    """Return speeds strictly within a range, denser near its ends, where branches meet."""
+    """Return speeds strictly within a range [rad/s], denser near its ends, where branches meet.
+
+    Args:
+        low, high: ends of the range [rad/s].
+        speeds: rising speeds [rad/s]; those within the range are part of the result.
+    """
     inside = speeds[(speeds > low) & (speeds < high)]
     ends = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 12)[1:-1]))
     width = high - low

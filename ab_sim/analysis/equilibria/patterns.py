@@ -72,6 +72,13 @@ def patterns_of(rotor: ClosedFormRotor) -> list[Pattern]:
 
 
 def _pattern(rotor: ClosedFormRotor, kinds: list[list[int]], chosen: tuple[int, ...]) -> Pattern:
+    """Return the pattern with ``chosen`` balls of each kind on the displacement's side.
+
+    Args:
+        rotor: closed-form parameters.
+        kinds: indices of the balls of each kind.
+        chosen: number of balls of each kind.
+    """
     signs = [-1] * len(rotor.kinds)
     for kind, count in zip(kinds, chosen, strict=True):
         for i in kind[:count]:
@@ -113,13 +120,14 @@ def _linear_radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[f
     square = real * real + (rotor.damping * speed) ** 2
     half = real * moment
     rest = (moment - rotor.unbalance) * (moment + rotor.unbalance)
-    under = square * rotor.unbalance**2 - (rotor.damping * speed * moment) ** 2
-    if under < 0.0:
+    discriminant = square * rotor.unbalance**2 - (rotor.damping * speed * moment) ** 2
+    if discriminant < 0.0:
         return []
-    far = half + math.copysign(math.sqrt(under), half)
-    one = [w2 * far / square] if square > 0.0 else []
-    two = [w2 * rest / far] if far != 0.0 else []
-    return [*{*one, *two}]
+    # The root whose terms have equal signs comes first; the other follows from their product.
+    far = half + math.copysign(math.sqrt(discriminant), half)
+    first = [w2 * far / square] if square > 0.0 else []
+    second = [w2 * rest / far] if far != 0.0 else []
+    return [*{*first, *second}]
 
 
 def _polished(rotor: ClosedFormRotor, moment: float, speed: float) -> Iterator[float]:
@@ -136,6 +144,8 @@ def _polished(rotor: ClosedFormRotor, moment: float, speed: float) -> Iterator[f
     whole = [a * a, 0.0, 2.0 * a * b, -2.0 * a * s, b * b + d * d, -2.0 * b * s, (s - e) * (s + e)]
     taken: list[float] = []
     roots = np.asarray(np.roots(whole), complex)
+    # Near a fold rounding makes a double root complex: keep roots with a small imaginary part.
+    # Newton's method and the residual then decide which of them exist.
     for x in roots.real[(roots.real > 0.0) & (np.abs(roots.imag) <= 1e-4 * np.abs(roots))].tolist():
         for _ in range(50):
             value, slope = _factored(a, b, s, d, e, x)
@@ -153,20 +163,30 @@ def _polished(rotor: ClosedFormRotor, moment: float, speed: float) -> Iterator[f
 
 
 def _factored(a: float, b: float, s: float, d: float, e: float, x: float) -> tuple[float, float]:
-    """Return G and its derivative; factored differences of squares keep small roots accurate."""
+    """Return G and its derivative at the scaled radius x; see ``_polished`` for the coefficients.
+
+    Differences of squares are factored, which keeps small roots accurate.
+    """
     bare = (a * x * x + b) * x
     value = bare * (bare - 2.0 * s) + (s - e) * (s + e) + (d * x) ** 2
     return value, 2.0 * (bare - s) * (3.0 * a * x * x + b) + 2.0 * d * d * x
 
 
 def phase(rotor: ClosedFormRotor, moment: float, speed: float, W: float) -> float:
-    """Return the phase phi of the displacement [rad]."""
+    """Return the phase phi of the displacement from the unbalance [rad].
+
+    Args:
+        rotor: parameters of the closed forms.
+        moment: pattern moment S [kg m].
+        speed: spindle speed w [rad/s].
+        W: radius, a root of G [m].
+    """
     w2 = speed * speed
     real = (rotor.stiffness + rotor.cubic_stiffness * W * W - rotor.mass * w2) * W - w2 * moment
     return math.atan2(-rotor.damping * speed * W, real)
 
 
-ASIDE = np.geomspace(1e-9, 1e9, 6001)
+TANGENTS = np.geomspace(1e-9, 1e9, 6001)
 """Grid of tan(-phi/2) on which sign changes of dh/dphi are sought."""
 
 
@@ -189,7 +209,10 @@ def folds_of(rotor: ClosedFormRotor, moment: float) -> list[Fold]:
 
 
 def _linear(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
-    """Yield the fold with W > 0: the lower root w^2 for S > 0, the higher one for S < 0."""
+    """Yield the fold without a cubic spring, if there is one.
+
+    It is the root w^2 with W > 0: the lower one for S > 0, the higher one for S < 0.
+    """
     excess = (abs(moment) - rotor.unbalance) * (abs(moment) + rotor.unbalance)
     if excess <= 0.0:
         return
@@ -207,57 +230,74 @@ class _Curve(NamedTuple):
     """Coefficients of h(phi, w), a polynomial in w, and of its derivatives with respect to phi."""
 
     mass: float
+    """Mass M / (M0 e) [1/m]."""
     stiffness: float
+    """Stiffness k / (M0 e) [1/(m s^2)]."""
     cubic: float
+    """Cubic stiffness k_3 / (M0 e) [1/(m^3 s^2)]."""
     moment: float
     """Pattern moment S / (M0 e)."""
-    reach: float
-    """Length M0 e / c, so that g = -``reach`` sin(phi)."""
+    length: float
+    """Length M0 e / c [m s], so that g = -``length`` sin(phi)."""
 
-    def at(self, aside: Any) -> tuple[Any, Any, Any]:
-        """Return h, dh/dphi and d^2 h/dphi^2, divided by M0 e, at tan(-phi/2)."""
-        cos, sin = (1.0 - aside**2) / (1.0 + aside**2), 2.0 * aside / (1.0 + aside**2)
-        g, gp = self.reach * sin, -self.reach * cos
+    def at(self, tangent: Any) -> tuple[Any, Any, Any]:
+        """Return h, dh/dphi and d^2 h/dphi^2, divided by M0 e, at ``tangent`` = tan(-phi/2).
+
+        Each is a polynomial in w: the coefficients of w^2, w and 1.
+        """
+        cos, sin = (1.0 - tangent**2) / (1.0 + tangent**2), 2.0 * tangent / (1.0 + tangent**2)
+        g, gp = self.length * sin, -self.length * cos
         k3, M, k = self.cubic, self.mass, self.stiffness
         value = g * (k3 * g * g - M), -(self.moment + cos), k * g
         slope = gp * (3.0 * k3 * g * g - M), -sin, k * gp
         curve = 6.0 * k3 * g * gp * gp - g * (3.0 * k3 * g * g - M), cos, -k * g
         return value, slope, curve
 
-    def speeds(self, aside: Any) -> np.ndarray:
-        """Return the lower and the upper w > 0 on the curve, NaN if missing; shape (2, ...)."""
-        a, b, c = self.at(np.asarray(aside))[0]
+    def speeds(self, tangent: Any) -> np.ndarray:
+        """Return the lower and the upper w > 0 on the curve [rad/s], NaN if missing.
+
+        Args:
+            tangent: values of tan(-phi/2), any shape.
+
+        Returns:
+            Speeds, shape (2, ...).
+        """
+        a, b, c = self.at(np.asarray(tangent))[0]
         with np.errstate(all="ignore"):
             q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
             squares = np.array([q / a, c / q])
         return np.sort(np.where((squares > 0.0) & np.isfinite(squares), squares, np.nan), axis=0)
 
-    def tilt(self, aside: Any, w: Any) -> Any:
-        """Return dh/dphi, which is 0 at a fold."""
-        return np.polyval(self.at(aside)[1], w)
+    def tilt(self, tangent: Any, w: Any) -> Any:
+        """Return dh/dphi / (M0 e) at tan(-phi/2) and w [rad/s]; it is 0 at a fold."""
+        return np.polyval(self.at(tangent)[1], w)
 
-    def met(self, aside: float, w: float) -> tuple[float, float] | None:
-        """Return the nearest fold by Newton's method on h and dh/dphi; None if it fails."""
+    def fold_near(self, tangent: float, w: float) -> tuple[float, float] | None:
+        """Return tan(-phi/2) and w of the fold near a guess; None if Newton's method fails.
+
+        The equations are h = 0 and dh/dphi = 0.
+        """
         for _ in range(60):
-            value, slope, bend = self.at(aside)
-            lift = np.array([2.0 * value[0] * w + value[1], 2.0 * slope[0] * w + slope[1]])
+            value, slope, bend = self.at(tangent)
+            by_w = np.array([2.0 * value[0] * w + value[1], 2.0 * slope[0] * w + slope[1]])
             # Newton's variables are log tan(-phi/2) and log w, both of which stay positive. The
             # derivative of the first by phi is -1 / sin(-phi).
-            turn = -2.0 * aside / (1.0 + aside**2)
-            ways = np.array([[turn * np.polyval(slope, w), w * lift[0]],
-                             [turn * np.polyval(bend, w), w * lift[1]]])  # fmt: skip
-            off = np.array([np.polyval(value, w), np.polyval(slope, w)])
-            if not np.isfinite(ways).all() or np.linalg.matrix_rank(ways) < 2:
+            by_log = -2.0 * tangent / (1.0 + tangent**2)
+            jacobian = np.array([[by_log * np.polyval(slope, w), w * by_w[0]],
+                                 [by_log * np.polyval(bend, w), w * by_w[1]]])  # fmt: skip
+            residual = np.array([np.polyval(value, w), np.polyval(slope, w)])
+            if not np.isfinite(jacobian).all() or np.linalg.matrix_rank(jacobian) < 2:
                 return None
-            step = np.linalg.solve(ways, off)
+            step = np.linalg.solve(jacobian, residual)
             step *= min(1.0, 0.3 / max(float(np.abs(step).max()), 1e-300))
-            aside, w = aside * math.exp(-step[0]), w * math.exp(-step[1])
+            tangent, w = tangent * math.exp(-step[0]), w * math.exp(-step[1])
             if np.abs(step).max() < 1e-13:
-                return aside, w
+                return tangent, w
         return None
 
 
 def _cubic(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
+    """Yield the folds with a cubic spring, in any order."""
     per = 1.0 / rotor.unbalance
     curve = _Curve(
         rotor.mass * per,
@@ -266,31 +306,34 @@ def _cubic(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
         moment * per,
         rotor.unbalance / rotor.damping,
     )
-    for aside, w in _near_folds(curve):
-        value, _, bend = curve.at(aside)
+    for tangent, w in _folds_on(curve):
+        value, _, bend = curve.at(tangent)
         rise = 2.0 * value[0] * w + value[1]
+        # Along the curve d^2 w / dphi^2 = -(d^2 h / dphi^2) / (dh / dw). If it is positive, w is
+        # smallest at the fold, and two states appear with rising speed.
         kind = "appear" if np.polyval(bend, w) * rise < 0.0 else "vanish"
-        yield Fold(w, curve.reach * 2.0 * aside / (1.0 + aside**2) * w, kind)
+        yield Fold(w, curve.length * 2.0 * tangent / (1.0 + tangent**2) * w, kind)
 
 
-def _near_folds(curve: _Curve) -> Iterator[tuple[float, float]]:
-    """Yield tan(-phi/2) and w near each fold."""
-    speeds = curve.speeds(ASIDE)
-    signs = np.sign(curve.tilt(ASIDE, speeds))
+def _folds_on(curve: _Curve) -> Iterator[tuple[float, float]]:
+    """Yield tan(-phi/2) and w [rad/s] of each fold."""
+    speeds = curve.speeds(TANGENTS)
+    signs = np.sign(curve.tilt(TANGENTS, speeds))
     for part in (0, 1):
         for k in np.flatnonzero(signs[part, :-1] * signs[part, 1:] < 0.0):
 
-            def tilt(log_aside: float, part: int = part) -> float:
-                aside = math.exp(log_aside)
-                return float(curve.tilt(aside, curve.speeds(aside)[part]))
+            def tilt(log_tangent: float, part: int = part) -> float:
+                tangent = math.exp(log_tangent)
+                return float(curve.tilt(tangent, curve.speeds(tangent)[part]))
 
-            ends = math.log(ASIDE[k]), math.log(ASIDE[k + 1])
-            aside = math.exp(brentq(tilt, *ends, xtol=1e-15, rtol=1e-15))
-            yield aside, float(curve.speeds(aside)[part])
+            ends = math.log(TANGENTS[k]), math.log(TANGENTS[k + 1])
+            tangent = math.exp(brentq(tilt, *ends, xtol=1e-15, rtol=1e-15))
+            yield tangent, float(curve.speeds(tangent)[part])
     # Folds where the two parts meet: between the last points with two speeds and the next ones.
     both = np.isfinite(speeds).all(axis=0)
     for k in np.flatnonzero(both & (signs[0] * signs[1] < 0.0)):
-        if not both[max(k - 1, 0)] or not both[min(k + 1, len(ASIDE) - 1)]:
-            fold = curve.met(float(ASIDE[k]), float(np.sqrt(speeds[0, k] * speeds[1, k])))
+        if not both[max(k - 1, 0)] or not both[min(k + 1, len(TANGENTS) - 1)]:
+            guess = float(TANGENTS[k]), float(np.sqrt(speeds[0, k] * speeds[1, k]))
+            fold = curve.fold_near(*guess)
             if fold is not None:
                 yield fold

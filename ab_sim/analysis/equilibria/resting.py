@@ -38,7 +38,8 @@ Any other method may, including those of user-defined effects; states are then f
 def resting_system(scene: Scene) -> System:
     """Return the smooth system of a scene whose equations do not contain the spindle's angle.
 
-    Effects in ``LEFT_OUT`` are removed, and gravity if it has no component across the shaft.
+    Effects in ``LEFT_OUT`` are removed. Gravity is removed as well if it has no component across
+    the shaft of a planar deck.
 
     Raises:
         SceneError: the deck model is not a built-in one, the spindle's angle is in the equations,
@@ -84,6 +85,7 @@ def running_at(scene: Scene, speed: float, ball_angles: tuple[float, ...] | None
 
 
 def _what_turns(scene: Scene) -> str:
+    """Return the keys of a scene that may bring the spindle's angle into the equations."""
     if scene.deck is not None:
         return "deck"
     names = [
@@ -95,7 +97,7 @@ def _what_turns(scene: Scene) -> str:
 
 
 def constant(speed: float) -> ScheduledSegment:
-    """Return the segment of a constant speed [rad/s]."""
+    """Return the schedule's segment of a constant spindle speed [rad/s], from t = 0 on."""
     return SpeedSchedule.constant(speed).segment_at(0.0)
 
 
@@ -106,7 +108,14 @@ def field_at(system: System, speed: float) -> VectorField:
 
 
 def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """Return the state at rest on the rotating axes at u [m], theta [rad]: v = w J u."""
+    """Return the state of deck and balls at rest on the rotating axes, shape (states,).
+
+    Args:
+        system: planar system.
+        speed: spindle speed w [rad/s].
+        u: displacement of the deck on the rotating axes [m], shape (2,). Its velocity is w J u.
+        theta: ball angles from the unbalance [rad], shape (n,).
+    """
     layout: StateLayout = layout_of(system)
     state = np.zeros(layout.size)
     state[layout.deck] = u[0], u[1], -speed * u[1], speed * u[0]
@@ -135,12 +144,15 @@ class ClosedFormRotor(NamedTuple):
 
 def rotor_of(system: System) -> ClosedFormRotor | None:
     """Return the parameters of the closed forms; None if another effect may move resting states."""
-    decided = any(may_move_rest(effect) for effect in system.effects)
-    return None if decided else base_rotor_of(system)
+    moved = any(may_move_rest(effect) for effect in system.effects)
+    return None if moved else base_rotor_of(system)
 
 
 def may_move_rest(effect: Any) -> bool:
-    """Return whether an effect may shift resting states from the closed forms."""
+    """Return whether an effect may shift resting states from the closed forms.
+
+    It may if its class has a public method other than those in ``_LEAVES_REST``.
+    """
     if isinstance(effect, Suspension | HardeningSuspension):
         return False
     callables = {name for name, value in vars(type(effect)).items() if callable(value)}
@@ -168,7 +180,7 @@ def base_rotor_of(system: System) -> ClosedFormRotor:
 
 
 def kinds_of(system: System) -> tuple[int, ...]:
-    """Return the kind of each ball; equal balls share a number."""
+    """Return the kind of each ball, counted from 0; balls of equal mass and radius share a kind."""
     numbers_by_kind: dict[tuple[float, ...], int] = {}
     columns = system.balls[:, [MASS, ROLLING_MASS, RACE_RADIUS]]
     return tuple(

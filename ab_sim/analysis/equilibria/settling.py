@@ -20,7 +20,8 @@ from ab_sim.scene.model import Scene
 SIZE = 0.2
 """Default size of a disturbance; its units are those of ``settles``.
 
-It is not small, because an algebraic decay is slow near its end.
+It is not small: where the linear test is undecided, disturbances decay algebraically, and small
+ones too slowly to be seen.
 """
 NEARER = 0.75
 """Fraction of a disturbance that may remain if it is still decaying."""
@@ -55,6 +56,7 @@ class Settling(NamedTuple):
     """Result of the nonlinear test."""
 
     outcomes: tuple[DisturbanceOutcome, ...]
+    """Results of all disturbances: two per state, in both directions."""
 
     @property
     def stable(self) -> bool:
@@ -105,17 +107,25 @@ def settles(
             moved[k] += sign * size * scale[k]
             # Clear the stepper's memory, which belongs to another state.
             drive.restore(begin._replace(state=moved, memory=np.empty(0)))
-            offs = []
+            distances = []
             for _ in range(2):
                 drive.advance(steps, every=steps)
                 final = drive.snapshot().state
-                offs.append(_off(final, rest, scale, n, state.structural_zeros))
-            outcomes.append(DisturbanceOutcome(f"{'+' if sign > 0 else '-'} {name}", size, *offs))
+                distances.append(_distance(final, rest, scale, n, state.structural_zeros))
+            label = f"{'+' if sign > 0 else '-'} {name}"
+            outcomes.append(DisturbanceOutcome(label, size, *distances))
     return Settling(tuple(outcomes))
 
 
-def _off(final: np.ndarray, rest: np.ndarray, scale: np.ndarray, n: int, zeros: int) -> float:
-    """Return the scaled distance of two states, without angles if they form a continuum."""
+def _distance(final: np.ndarray, rest: np.ndarray, scale: np.ndarray, n: int, zeros: int) -> float:
+    """Return the largest scaled difference of two states.
+
+    Args:
+        final, rest: states, shape (4 + 2 n,).
+        scale: magnitudes of the states, same shape.
+        n: number of balls.
+        zeros: number of structural zeros; in a continuum (above 0) ball angles are ignored.
+    """
     apart = (final - rest) / scale
     apart[4 : 4 + n] = np.angle(np.exp(1j * apart[4 : 4 + n]))
     if zeros:

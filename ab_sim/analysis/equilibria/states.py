@@ -47,8 +47,15 @@ class _Spectrum(NamedTuple):
 def _spectrum(
     jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray, kinds: Sequence[int]
 ) -> _Spectrum:
-    """Return the eigenvalues of a Jacobian; ``kinds`` numbers each ball, equal balls alike."""
-    groups = _together(theta, kinds)
+    """Return the eigenvalues of a Jacobian, with equal balls at one place treated as a group.
+
+    Args:
+        jacobian: Jacobian at a resting state, shape (states, states).
+        layout: places of deck, angles and rates in the state.
+        theta: ball angles [rad], shape (n,).
+        kinds: kind of each ball; equal balls share a number.
+    """
+    groups = _groups(theta, kinds)
     size, first = layout.size, layout.rates.start
     common = np.zeros((size, size - 2 * (len(theta) - len(groups))))
     common[layout.deck, layout.deck] = np.eye(layout.deck.stop)
@@ -73,26 +80,30 @@ def _balanced_spectrum(jacobian: np.ndarray, layout: StateLayout, theta: np.ndar
 
     The deck, two combinations of angles and the same two of rates act on each other. One further
     combination of angles and of rates represents n - 2 equivalent ones.
+
+    Args:
+        jacobian, layout, theta: see ``_spectrum``.
     """
     along = np.linalg.svd(np.array([-np.sin(theta), np.cos(theta)]))[2]
-    felt, apart = np.zeros((layout.size, layout.deck.stop + 4)), np.zeros((layout.size, 2))
-    felt[layout.deck, layout.deck] = np.eye(layout.deck.stop)
-    felt[layout.angles, -4:-2] = felt[layout.rates, -2:] = along[:2].T
-    apart[layout.angles, 0] = apart[layout.rates, 1] = along[2]
-    alone = apart.T @ jacobian @ apart
-    once = _eigenvalues(felt.T @ jacobian @ felt)
-    return _sorted([once, *[_eigenvalues(alone)] * (len(theta) - 2)])
+    coupled, free = np.zeros((layout.size, layout.deck.stop + 4)), np.zeros((layout.size, 2))
+    coupled[layout.deck, layout.deck] = np.eye(layout.deck.stop)
+    coupled[layout.angles, -4:-2] = coupled[layout.rates, -2:] = along[:2].T
+    free[layout.angles, 0] = free[layout.rates, 1] = along[2]
+    with_deck = _eigenvalues(coupled.T @ jacobian @ coupled)
+    without = _eigenvalues(free.T @ jacobian @ free)
+    return _sorted([with_deck, *[without] * (len(theta) - 2)])
 
 
 def _sorted(spectra: Sequence[tuple[np.ndarray, np.ndarray]]) -> _Spectrum:
+    """Return the union of spectra, each with its eigenvalues and their error bounds."""
     values = np.concatenate([values_and_doubts[0] for values_and_doubts in spectra])
     doubts = np.concatenate([values_and_doubts[1] for values_and_doubts in spectra])
     order = np.lexsort((values.imag, -values.real))
     return _Spectrum(values[order], doubts[order])
 
 
-def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
-    """Group equal balls that are at one place."""
+def _groups(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
+    """Return groups of indices of equal balls that are at one place."""
     groups: list[list[int]] = []
     for i, angle in enumerate(theta):
         for group in groups:
@@ -106,7 +117,11 @@ def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
 
 
 def _eigenvalues(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return eigenvalues and their rounding errors, eps |A| / |y^H x| (Wilkinson)."""
+    """Return the eigenvalues of a matrix and bounds of their rounding errors, shape (n,) each.
+
+    The bound is ``SAFETY`` eps |A| / |y^H x| with unit left and right eigenvectors y and x
+    (Wilkinson, The Algebraic Eigenvalue Problem, 1965, ch. 2), after balancing the matrix.
+    """
     balanced = matrix_balance(matrix, permute=False)[0]
     values, left_vectors, right = eig(balanced, left=True, right=True)  # type: ignore[misc]
     aligned = np.abs(np.einsum("ij,ij->j", left_vectors.conj(), right))
@@ -118,6 +133,7 @@ def _eigenvalues(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 WORDS = {True: "stable", False: "unstable", None: "undecided"}
+"""Verdicts in words, by ``RestingState.stable``."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ through that set, not its extent.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ class Sticking(NamedTuple):
     """Interval of angles in which friction holds one ball."""
 
     ball: int
+    """Index of the ball, counted from 0."""
     low: float
     """Lower end theta [rad], at most the state's angle."""
     high: float
@@ -45,7 +47,7 @@ class Sticking(NamedTuple):
 def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking, ...]:
     """Return each ball's interval of resting angles around a frictionless state.
 
-    Without friction, low = high.
+    For a ball without friction, low = high.
 
     Args:
         scene: scene with rolling_friction, race_friction or both.
@@ -69,19 +71,26 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
     effects = tuple(scene.effects.values())
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
     coefficients = [over_effects(effects, "friction_coefficient", 0.0, ball) for ball in balls]
-    held = np.array(coefficients)
+    friction = np.array(coefficients)
 
     def slack(theta: np.ndarray) -> float:
         """Return the smallest margin f N - |T| of all balls, per m R w^2."""
         x, y = _deck(rotor, speed, theta, state.u) / system.balls[0, RACE_RADIUS]
         c, s = np.cos(theta), np.sin(theta)
         normal = np.maximum(1.0 + x * c + y * s, 0.0)
-        return float((held * normal - np.abs(y * c - x * s)).min())
+        return float((friction * normal - np.abs(y * c - x * s)).min())
 
     return tuple(_interval(slack, state.theta, i) for i in range(len(balls)))
 
 
-def _interval(slack, theta: np.ndarray, ball: int) -> Sticking:  # type: ignore[no-untyped-def]
+def _interval(slack: Callable[[np.ndarray], float], theta: np.ndarray, ball: int) -> Sticking:
+    """Return the interval of a ball's angle around ``theta`` in which ``slack`` is positive.
+
+    Args:
+        slack: function of all ball angles [rad]; negative if friction does not hold some ball.
+        theta: ball angles at the frictionless state [rad], shape (n,).
+        ball: index of the ball that is moved.
+    """
     ends = []
     for sense in (-1.0, 1.0):
 
@@ -89,19 +98,28 @@ def _interval(slack, theta: np.ndarray, ball: int) -> Sticking:  # type: ignore[
             return slack(theta + sense * far * (np.arange(len(theta)) == ball))
 
         far = np.linspace(0.0, math.pi, LOOKS + 1)
-        bad = next((k for k, x in enumerate(far) if k and margin(float(x)) < 0.0), None)
+        slips = next((k for k, x in enumerate(far) if k and margin(float(x)) < 0.0), None)
         if margin(0.0) <= 0.0:
-            reach = 0.0
-        elif bad is None:
-            reach = math.pi
+            extent = 0.0
+        elif slips is None:
+            extent = math.pi
         else:
-            reach = float(brentq(margin, far[bad - 1], far[bad], xtol=1e-12))
-        ends.append(theta[ball] + sense * reach)
+            extent = float(brentq(margin, far[slips - 1], far[slips], xtol=1e-12))
+        ends.append(theta[ball] + sense * extent)
     return Sticking(ball, float(ends[0]), float(ends[1]))
 
 
 def _deck(rotor: ClosedFormRotor, speed: float, theta: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return u [m] of a deck at rest with fixed balls: D z = w^2 (M0 e + sum m R exp(i theta))."""
+    """Return the displacement u of a deck at rest with fixed balls [m], shape (2,).
+
+    It solves D z = w^2 (M0 e + sum m R exp(i theta)), D as in ``patterns``.
+
+    Args:
+        rotor: closed-form parameters.
+        speed: spindle speed w [rad/s].
+        theta: ball angles [rad], shape (n,).
+        near: displacement from which Newton's method starts with a cubic spring [m], shape (2,).
+    """
     w2 = speed * speed
     pull = w2 * (rotor.unbalance + complex(np.array(rotor.moments) @ np.exp(1j * theta)))
     rest = complex(rotor.stiffness - rotor.mass * w2, rotor.damping * speed)
@@ -109,11 +127,11 @@ def _deck(rotor: ClosedFormRotor, speed: float, theta: np.ndarray, near: np.ndar
     for _ in range(100 if rotor.cubic_stiffness else 0):
         # Newton's method for the cubic spring, in real and imaginary part.
         k3, W2 = rotor.cubic_stiffness, abs(z) ** 2
-        off = (rest + k3 * W2) * z - pull
+        residual = (rest + k3 * W2) * z - pull
         along = rest + k3 * (W2 + 2.0 * z.real * z)
         across = 1j * (rest + k3 * W2) + 2.0 * k3 * z.imag * z
-        ways = np.array([[along.real, across.real], [along.imag, across.imag]])
-        step = np.linalg.solve(ways, [off.real, off.imag])
+        jacobian = np.array([[along.real, across.real], [along.imag, across.imag]])
+        step = np.linalg.solve(jacobian, [residual.real, residual.imag])
         z -= complex(step[0], step[1])
         if np.abs(step).max() <= 1e-14 * abs(z):
             break

@@ -42,14 +42,20 @@ class CurvePoint(NamedTuple):
     """Point on a curve of resting states."""
 
     speed: float
-    """Speed [rad/s]."""
+    """Spindle speed [rad/s]."""
     state: np.ndarray
+    """State of the system, shape (states,)."""
     fold: bool = False
     """True at a fold, where the speed reverses along the curve."""
 
 
 class EquilibriumCurve:
-    """Resting states of a system, as a curve in z = (state / scale, speed / fastest)."""
+    """Resting states of a system, as a curve in z = (state / scale, speed / fastest).
+
+    Args:
+        system: a ``resting_system``.
+        fastest: speed that scales the speeds [rad/s].
+    """
 
     def __init__(self, system: System, fastest: float) -> None:
         self.system, self.fastest = system, fastest
@@ -57,36 +63,37 @@ class EquilibriumCurve:
         self._field = field_at(system, fastest)
 
     def z(self, point: CurvePoint) -> np.ndarray:
-        """Return the scaled coordinates of a point."""
+        """Return the scaled coordinates of a point, shape (states + 1,)."""
         return np.append(point.state / self.scales.state, point.speed / self.fastest)
 
     def point(self, z: np.ndarray) -> CurvePoint:
         """Return the point with scaled coordinates ``z``."""
         return CurvePoint(float(z[-1]) * self.fastest, z[:-1] * self.scales.state)
 
-    def off(self, z: np.ndarray) -> np.ndarray:
-        """Return the scaled residual, which is 0 on the curve."""
+    def residual(self, z: np.ndarray) -> np.ndarray:
+        """Return the scaled rates of change at z, which are 0 on the curve; shape (states,)."""
         speed, state, _ = self.point(z)
         slope = self._field.at(constant(speed)).slope(0.0, state)
         return slope / (self.scales.state * self.scales.rate)
 
-    def ways(self, z: np.ndarray) -> np.ndarray:
-        """Return the derivatives of the residual.
+    def jacobian(self, z: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the residual by z, shape (states, states + 1).
 
-        The derivative in speed is a central difference, because the kernel's Jacobian covers states
-        only.
+        The derivative by the speed is a central difference, because the kernel's Jacobian covers
+        states only.
         """
         speed, state, _ = self.point(z)
         field = self._field.at(constant(speed))
         jacobian = scaled_jacobian(field.jacobian(0.0, state), self.scales)
         h = np.zeros(len(z))
         h[-1] = 1e-5 * abs(z[-1]) + 1e-9
-        along = (self.off(z + h) - self.off(z - h)) / (2.0 * h[-1])
+        along = (self.residual(z + h) - self.residual(z - h)) / (2.0 * h[-1])
         return np.column_stack([jacobian, along])
 
     def tangent(self, z: np.ndarray, like: np.ndarray) -> np.ndarray:
-        """Return the unit tangent, with the orientation of ``like``."""
-        way: np.ndarray = np.linalg.svd(self.ways(z))[2][-1]
+        """Return the curve's unit tangent at z, with the orientation of ``like``."""
+        # The tangent spans the null space of the derivatives.
+        way: np.ndarray = np.linalg.svd(self.jacobian(z))[2][-1]
         return way if way @ like >= 0.0 else -way
 
     def corrected(self, start: np.ndarray, way: np.ndarray) -> np.ndarray | None:
@@ -97,8 +104,8 @@ class EquilibriumCurve:
         """
         z = start
         for _ in range(12):
-            matrix = np.vstack([self.ways(z), way])
-            step = np.linalg.lstsq(matrix, np.append(self.off(z), way @ (z - start)))[0]
+            matrix = np.vstack([self.jacobian(z), way])
+            step = np.linalg.lstsq(matrix, np.append(self.residual(z), way @ (z - start)))[0]
             z = z - step
             if not np.isfinite(z).all():
                 return None
@@ -109,25 +116,33 @@ class EquilibriumCurve:
     def traced(self, start: CurvePoint, sense: float, low: float, high: float) -> list[CurvePoint]:
         """Follow the curve from a point, within a range of speeds.
 
-        The first step raises (sense 1) or lowers (-1) the speed. The curve ends where it leaves the
-        range, closes, or cannot be continued. Folds are among the points.
+        The curve ends where it leaves the range, closes, or cannot be continued.
+
+        Args:
+            start: point on the curve.
+            sense: 1 if the first step raises the speed, -1 if it lowers it.
+            low, high: range of speeds [rad/s].
+
+        Returns:
+            Points in the order of the curve, with its folds and the start. A closed curve ends with
+            ``start`` itself.
         """
         z = self.z(start)
         first, length = z, STEP
         way = self.tangent(z, np.append(np.zeros(len(z) - 1), sense))
         points = [start]
         while len(points) < MOST_POINTS and length > 1e-9:
-            there = self.corrected(z + length * way, way)
-            after = None if there is None else self.tangent(there, way)
+            corrected = self.corrected(z + length * way, way)
+            after = None if corrected is None else self.tangent(corrected, way)
             # Reject the step if the corrector fails or the tangent turns by more than 18 degrees:
             # the curve may have jumped to another branch.
-            if there is None or after is None or after @ way < 0.95:
+            if corrected is None or after is None or after @ way < 0.95:
                 length *= 0.5
                 continue
             # The speed component of the tangent changed its sign: a fold lies within this step.
             if after[-1] * way[-1] < 0.0:
                 points.append(self.point(self._fold(z, way, length))._replace(fold=True))
-            z, way, length = there, after, min(1.4 * length, STEP)
+            z, way, length = corrected, after, min(1.4 * length, STEP)
             point = self.point(z)
             if not low <= point.speed <= high:
                 edge = low if point.speed < low else high
@@ -139,15 +154,18 @@ class EquilibriumCurve:
         return points
 
     def _fold(self, z: np.ndarray, way: np.ndarray, length: float) -> np.ndarray:
-        def at(part: float) -> np.ndarray:
-            there = self.corrected(z + part * way, way)
-            return z if there is None else there
+        """Return the fold within a step of ``length`` from z along the tangent ``way``."""
 
-        part = brentq(lambda s: self.tangent(at(s), way)[-1], 0.0, length, xtol=1e-14)
-        return at(float(part))
+        def at(distance: float) -> np.ndarray:
+            corrected = self.corrected(z + distance * way, way)
+            return z if corrected is None else corrected
+
+        distance = brentq(lambda s: self.tangent(at(s), way)[-1], 0.0, length, xtol=1e-14)
+        return at(float(distance))
 
 
 def _between(one: CurvePoint, two: CurvePoint, speed: float) -> np.ndarray:
+    """Return the state at a speed [rad/s] by linear interpolation between two points."""
     part = (speed - one.speed) / (two.speed - one.speed)
     return one.state + part * (two.state - one.state)
 
@@ -166,7 +184,10 @@ def monotone(points: list[CurvePoint]) -> Iterator[list[CurvePoint]]:
 
 
 def state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndarray:
-    """Return the state of a monotone segment at a speed."""
+    """Return the resting state of a monotone segment at a speed [rad/s], shape (states,).
+
+    Newton's method starts from the interpolated state, which is returned if it fails.
+    """
     speeds = np.array([point.speed for point in part])
     k = int(np.clip(np.searchsorted(speeds, speed), 1, len(part) - 1))
     start = _between(part[k - 1], part[k], speed)
@@ -188,12 +209,19 @@ SEEDS = 9
 MOST_SPEEDS = 60
 """Largest number of a curve's points at which stability is evaluated."""
 Part = list[CurvePoint]
+"""Part of a curve: successive points."""
 
 
 def traced_branches(
     system: System, speeds: np.ndarray, progress: Progress | None = None
 ) -> OverSpeed:
-    """Return ``branches_over_speed`` for effects without a closed form."""
+    """Return ``branches_over_speed`` for effects without a closed form.
+
+    Args:
+        system: a ``resting_system``.
+        speeds: rising speeds > 0 [rad/s], see ``branches_over_speed``.
+        progress: called with the current task, the number of finished seeds and their number.
+    """
     low, high = float(speeds[0]), float(speeds[-1])
     seeds = np.unique(np.concatenate([[high], np.geomspace(max(low, high / 30.0), high, SEEDS)]))
     parts: list[Part] = []
@@ -235,7 +263,7 @@ def _covered(continua: list[tuple[str, Part]], label: str, speed: float) -> bool
 
 
 def _fresh(system: System, part: Part, parts: list[Part]) -> bool:
-    """Return whether a segment is new, up to exchanges of equal balls."""
+    """Return whether the middle of a segment lies on none of ``parts``; see ``lies_on``."""
     speed = 0.5 * (part[0].speed + part[-1].speed)
     return not lies_on(parts, system, CurvePoint(speed, state_along(system, part, speed)))
 
@@ -245,7 +273,8 @@ def _followed(
 ) -> Iterator[Part]:
     """Yield the branch of equilibria through a point, as a sequence of points.
 
-    In a continuum of equilibria, the branch is a sequence of neighbouring states.
+    A continuum has no unique curve. Its branch is a sequence of states, each nearest to the
+    previous one.
     """
     if continuum:
         yield _natural(system, start, low, high)
@@ -258,7 +287,10 @@ def _followed(
 
 
 def _natural(system: System, start: CurvePoint, low: float, high: float) -> Part:
-    """Continue by speed from a point, as long as the continuum keeps its dimension."""
+    """Continue a continuum by speed from a point to ``low`` and ``high`` [rad/s].
+
+    It ends where no state is found, or where the dimension of the continuum changes.
+    """
     lost, sides = nullity(system, start.speed, start.state), []
     for end in (low, high):
         side = [start]
@@ -272,10 +304,12 @@ def _natural(system: System, start: CurvePoint, low: float, high: float) -> Part
 
 
 def _at(system: System, part: Part, speed: float) -> RestingState:
+    """Return the labelled state of a segment at a speed [rad/s]."""
     return labelled(system, speed, [state_along(system, part, speed)])[0]
 
 
 def _interval(system: System, part: Part, speeds: np.ndarray) -> BranchInterval:
+    """Return the branch along a segment, with stability at its points and at ``speeds``."""
     kept = np.linspace(0, len(part) - 1, min(len(part), MOST_SPEEDS)).astype(int)
     part_speeds = np.array([part[k].speed for k in kept])
     inside = speeds[(speeds > part_speeds[0]) & (speeds < part_speeds[-1])]

@@ -5,19 +5,21 @@ circulates once around the race in T = 2 pi / (w - s). The state is then the sam
 angles of the bunch: P_T(y) = y - 2 pi for its balls. T is unknown, and the phase is arbitrary, so
 that one multiplier is 1.
 
-Newton's method starts from the closed form (``analysis.circulating``).
+The period joins the state as an unknown of Newton's method, which starts from the closed form
+(``analysis.circulating``).
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 6.5.1 (autonomous systems).
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ab_sim.analysis.circulating import CirculatingBunch, state_of_bunch, why_not
+from ab_sim.analysis.circulating import CirculatingBunch, reason_not_covered, state_of_bunch
 from ab_sim.analysis.floquet.stability import CONVERGED, UNDECIDED
-from ab_sim.analysis.floquet.turn import CLOSED, FARTHEST, FLAT, MOST, NEWTON, ROUNDED, TurnMap
+from ab_sim.analysis.floquet.turn import FARTHEST, FLAT, MOST, TurnMap, newton
 from ab_sim.analysis.held_speed import held
 from ab_sim.base.errors import SceneError
 from ab_sim.scene.model import Scene
@@ -45,7 +47,10 @@ class CirculatingSolution:
 
     @property
     def multipliers(self) -> np.ndarray:
-        """Multipliers by falling modulus, without the one that is 1; complex, (states - 1,)."""
+        """Multipliers by falling modulus, complex, shape (states - 1,).
+
+        The multiplier that is 1 because of the free phase is left out.
+        """
         values = np.linalg.eigvals(self.monodromy)
         values = np.delete(values, int(np.argmin(np.abs(values - 1.0))))
         return np.asarray(values[np.argsort(-np.abs(values))], complex)
@@ -81,11 +86,11 @@ class CirculatingSolution:
 def circulating_solution(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
     """Return the periodic solution near a bunch of the closed form; None if none is found.
 
-    Steps are halved until the period has converged.
+    Steps are halved until the period changes by less than ``CONVERGED``, relative to its length.
 
     Args:
-        scene: scene of the bunch.
-        bunch: initial guess.
+        scene: planar scene, of which the closed form gave the bunch.
+        bunch: bunch by the closed form, the first guess of Newton's method.
 
     Raises:
         SceneError: the closed form does not cover the scene, or the scene has friction.
@@ -123,7 +128,7 @@ class BeatMap:
     """
 
     def __init__(self, scene: Scene, speed: float, count: int) -> None:
-        if (reason := why_not(scene)) is not None:
+        if (reason := reason_not_covered(scene)) is not None:
             raise SceneError(f"circulating balls are not looked for: {reason}")
         self.turn, self.count, self.speed = TurnMap(scene, speed), count, speed
         self._field = held(scene, speed)
@@ -131,62 +136,56 @@ class BeatMap:
         self._round[self.turn.layout.angles][:count] = -math.copysign(2.0 * math.pi, speed)
 
     def steps(self, period: float) -> int:
-        """Return the least number of steps for a period."""
+        """Return the least number of steps for a period [s], at the step of ``TurnMap``."""
         return math.ceil(self.turn.fewest * period / self.turn.period)
 
     def gap(self, states: np.ndarray) -> np.ndarray:
-        """Return end minus start of a period, without the bunch's revolution, shape (states,)."""
-        missed: np.ndarray = states[-1] - states[0] - self._round
-        return missed
+        """Return the gap P_T(y) - y without the bunch's revolution, shape (states,).
+
+        Args:
+            states: states of one period, from its start to its end, shape (steps + 1, states).
+        """
+        gap: np.ndarray = states[-1] - states[0] - self._round
+        return gap
 
     def shoot(self, state: np.ndarray, period: float, steps: int) -> CirculatingSolution | None:
         """Return the periodic solution near a guess; None if Newton's method does not converge.
 
         Args:
-            state: state at the start.
+            state: state at the start, shape (states,).
             period: period T [s].
             steps: number of steps in a period.
         """
-        best, missed = None, math.inf
-        for _ in range(NEWTON):
-            flown = self.turn.over(state, period, steps)
-            gap = self.gap(flown.states)
-            now = float(np.abs(gap / self.turn.scale).max())
-            if not math.isfinite(now) or (missed < CLOSED and now >= 0.5 * missed):
-                return best
-            missed = now
-            best = CirculatingSolution(self.speed, self.count, period, flown.states, flown.matrix)
-            if missed <= ROUNDED:
-                return best
-            slope = self._field.slope(0.0, flown.states[-1])
-            state, changed = self.step(state, flown.matrix, gap, slope, period)
-            period += changed
-            if not 0.0 < period < math.inf:
-                return None
-        return best if missed < CLOSED else None
 
-    def step(
-        self, state: np.ndarray, matrix: np.ndarray, gap: np.ndarray, slope: np.ndarray, size: float
-    ) -> tuple[np.ndarray, float]:
-        """Return the state after a Newton step, and the change of the other unknown.
+        def trial(
+            guess: tuple[np.ndarray, float], _: int
+        ) -> tuple[CirculatingSolution, float, Callable[[], tuple[np.ndarray, float] | None]]:
+            state, period = guess
+            flown = self.turn.integrate(state, period, steps)
+            solution = CirculatingSolution(
+                self.speed, self.count, period, flown.states, flown.matrix
+            )
+            residual = float(np.abs(self.gap(flown.states) / self.turn.scale).max())
+            return solution, residual, lambda: self._step(solution)
 
-        The system is singular along the shift in time; the least-squares step of minimal norm is
-        taken.
+        return newton(trial, (state, period))
 
-        Args:
-            state: state at the start.
-            matrix: monodromy matrix.
-            gap: gap after a period.
-            slope: derivative of the gap by the other unknown.
-            size: value of the other unknown, period or parameter; its scale.
+    def _step(self, solution: CirculatingSolution) -> tuple[np.ndarray, float] | None:
+        """Return state and period after a Newton step; None if the step is not usable.
+
+        The system has one unknown more than equations, because the phase is arbitrary. The
+        least-squares step of minimal norm does not shift the solution in time.
         """
-        scale = np.append(self.turn.scale, abs(size))
-        ways = np.column_stack([matrix - np.eye(len(gap)), slope])
-        ways = ways * scale / self.turn.scale[:, None]
-        change = scale * np.linalg.lstsq(ways, -gap / self.turn.scale, rcond=FLAT)[0]
+        state, period, gap = solution.states[0], solution.period, self.gap(solution.states)
+        slope = self._field.slope(0.0, solution.states[-1])
+        scale = np.append(self.turn.scale, period)
+        matrix = np.column_stack([solution.monodromy - np.eye(len(gap)), slope])
+        matrix = matrix * scale / self.turn.scale[:, None]
+        change = scale * np.linalg.lstsq(matrix, -gap / self.turn.scale, rcond=FLAT)[0]
+        # The change of the period is limited to a tenth of it, so that the period stays positive.
         farthest = np.abs(change[self.turn.layout.angles]).max()
-        farthest = max(farthest, 10.0 * FARTHEST * abs(change[-1] / size))
+        farthest = max(farthest, 10.0 * FARTHEST * abs(change[-1] / period))
         if not math.isfinite(farthest):
-            return state * math.nan, math.nan
+            return None
         share = min(1.0, FARTHEST / max(float(farthest), 1e-300))
-        return state + share * change[:-1], float(share * change[-1])
+        return state + share * change[:-1], period + float(share * change[-1])

@@ -1,7 +1,8 @@
 """Continuation of a periodic solution over a parameter, with its stability borders.
 
-The next solution is predicted by a secant through the last two. If Newton's method fails there, the
-search starts again and may find another solution. No borders are reported between the two.
+The next solution is predicted by a secant through the last two (natural continuation: a fold is not
+passed). If Newton's method fails there, the search starts again from named starts and may find
+another solution. No borders are reported between the two.
 
 Each solution is cached on disk by its scene, its speed and the exact start of its search. A
 repeated continuation reads the cache, and an interrupted one continues.
@@ -20,7 +21,11 @@ from ab_sim.analysis.floquet.turn import STARTS, TurnMap, find_orbit, within_tur
 from ab_sim.analysis.result_cache import Result, ResultCache
 from ab_sim.base.errors import SceneError
 from ab_sim.base.presentation import Column, Columns, Presented
+from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+
+SPEED = "speed"
+"""Name of the spindle's speed among the keys of parameters."""
 
 NEIGHBOUR = "the one before"
 """Origin of a followed solution: the previous one."""
@@ -30,20 +35,25 @@ class Solution(NamedTuple):
     """Summary of a periodic solution of a scene at a constant speed; see ``Stability``."""
 
     multipliers: np.ndarray
+    """Multipliers by falling modulus, complex, shape (2 (K + n),)."""
     largest: float
+    """Modulus of the largest multiplier without structural ones."""
     stable: bool | None
+    """True if small disturbances decay; None if undecided."""
     verdict: str
+    """Verdict as text: ``stable``, ``unstable`` or ``undecided``."""
     balanced: bool
+    """True if the deck stays at its rest position."""
     whirl_max: float
     """Largest whirl [m]."""
     ball_angles: list[float]
-    """Ball angles [rad]."""
+    """Ball angles at the start [rad], one per ball."""
     start: list[float]
-    """State at the start of the turn."""
+    """State at the start of the turn, one value per state."""
 
     @classmethod
     def of(cls, report: dict[str, Any]) -> "Solution":
-        """Return the summary of a ``Stability.report``."""
+        """Return the summary in a ``Stability.report``, or in a ``report`` of this class."""
         multipliers = np.array(report["multipliers"], float).reshape(-1, 2)
         rest = (report[key] for key in cls._fields[1:])
         return cls(multipliers[:, 0] + 1j * multipliers[:, 1], *rest)
@@ -54,84 +64,122 @@ class Solution(NamedTuple):
         return {**self._asdict(), "multipliers": multipliers}
 
 
-Way = tuple[list[float], list[float]]
+Secant = tuple[list[float], list[float]]
 """States of two solutions, the second being nearer to the one that is sought."""
 
 
 def _solution(
-    scene: Scene, speed: float, way: Way | None, share: float, starts: Sequence[str]
+    scene: Scene, speed: float, secant: Secant | None, share: float, starts: Sequence[str]
 ) -> tuple[Solution | None, bool]:
-    """Return ``solved``, from the disk cache if it was computed before."""
-    kept = ResultCache(solved).of(scene, speed=speed, way=way, share=share, starts=list(starts))
-    return (None if kept["found"] is None else Solution.of(kept["found"])), kept["new"]
+    """Return the result of ``solved``, from the disk cache if it was computed before.
+
+    Returns:
+        The solution, None if none was found; and whether a named start was used.
+    """
+    kept = ResultCache(solved).of(
+        scene, speed=speed, secant=secant, share=share, starts=list(starts)
+    )
+    return (None if kept["solution"] is None else Solution.of(kept["solution"])), kept["new"]
 
 
 def solved(
-    scene: Scene, *, speed: float, way: Way | None, share: float, starts: list[str]
+    scene: Scene, *, speed: float, secant: Secant | None, share: float, starts: list[str]
 ) -> Result:
-    """Return the first solution found, and whether it was found from a named start.
+    """Return the first periodic solution found along a secant or from named starts.
 
     Args:
         scene: scene; its profile is ignored.
         speed: spindle speed w [rad/s].
-        way: states of two solutions, on whose line the search begins; None to use starts only.
-        share: position along the line; above 1 it is beyond the second state.
+        secant: states of two solutions, on whose line the search begins; None to use starts only.
+        share: position on the line: 0 at the first state, 1 at the second, above 1 beyond it.
         starts: names in ``STARTS`` for use if the line gives no solution; empty for no further
             search.
+
+    Returns:
+        ``solution``: report of the ``Stability``, None if none was found; ``new``: True if a named
+        start was used.
 
     Raises:
         SceneError, InputError: see ``TurnMap``.
     """
     turn = TurnMap(scene, speed)
-    if way is not None and len(way[1]) == len(way[0]) == turn.layout.size:
-        one, other = map(np.array, way)
-        ahead = other - one
+    if secant is not None and len(secant[1]) == len(secant[0]) == turn.layout.size:
+        first, second = map(np.array, secant)
+        ahead = second - first
         ahead[turn.layout.angles] = within_turn(ahead[turn.layout.angles])
-        orbit = turn.shoot(one + share * ahead)
+        orbit = turn.shoot(first + share * ahead)
+        # Without starts, a border is sought: a solution off this line may be of another branch.
         if orbit is None and starts:
-            orbit = turn.shoot(other)
+            orbit = turn.shoot(second)
         stability = None if orbit is None else judged(turn, orbit, NEIGHBOUR)
         if stability is not None or not starts:
-            return {"found": None if stability is None else stability.report(), "new": False}
+            return {"solution": None if stability is None else stability.report(), "new": False}
     orbit, name = find_orbit(turn, starts)
     stability = None if orbit is None else judged(turn, orbit, name)
-    return {"found": None if stability is None else stability.report(), "new": True}
+    return {"solution": None if stability is None else stability.report(), "new": True}
 
 
 DIGITS = 1e-10
-"""Relative tolerance of a border's value."""
+"""Tolerance of a border's value, relative to the larger of its two neighbours."""
 
 Case = Callable[[float], tuple[Scene, float]]
 """Function that returns the scene and its spindle speed [rad/s] for a value of a parameter."""
+
+
+def case_of(scene: Scene, key: str, values: Sequence[float], speed: float, option: str) -> Case:
+    """Return the function that applies values of a parameter to a scene.
+
+    Args:
+        scene: scene to be changed.
+        key: dotted key of the scene, or ``SPEED``.
+        values: all values, SI, at least one. If all are whole, whole values are passed to the scene
+            as integers, which counts need.
+        speed: spindle speed [rad/s] for keys other than ``SPEED``.
+        option: text before the value in the name of a changed scene and in messages.
+
+    Raises:
+        SceneError: the scene with the first or the last value is invalid.
+    """
+    if key == SPEED:
+        return lambda value: (scene, value)
+    whole = all(float(value).is_integer() for value in values)
+
+    def case(value: float) -> tuple[Scene, float]:
+        number = int(value) if whole and value.is_integer() else value
+        return changed_scene(scene, {key: number}, f"{option}{number:g}"), speed
+
+    case(float(values[0])), case(float(values[-1]))
+    return case
 
 
 class FollowedPoint(NamedTuple):
     """Result at one value of the parameter."""
 
     value: float
+    """Value of the parameter, SI."""
     speed: float
     """Spindle speed [rad/s]."""
-    found: Solution | None
+    solution: Solution | None
     """Periodic solution; None if none was found."""
     new: bool
     """True if the solution is from a new search, not continued from the previous point."""
 
     def report(self) -> dict[str, Any]:
-        """Return the point as JSON-able values."""
-        stability = self.found
-        report: dict[str, Any] = {
-            "value": self.value, "speed": self.speed,
-            "found": stability is not None, "new": self.new,
-        }  # fmt: skip
-        if stability is not None:
-            report |= stability.report()
-        return report
+        """Return the point as JSON-able values; with a solution, those of its summary as well."""
+        return {
+            "value": self.value,
+            "speed": self.speed,
+            "found": self.solution is not None,
+            "new": self.new,
+            **({} if self.solution is None else self.solution.report()),
+        }
 
 
 class Border(NamedTuple):
     """Parameter value at which the largest modulus of a multiplier is 1."""
 
     value: float
+    """Value of the parameter, SI."""
     speed: float
     """Spindle speed [rad/s]."""
     multiplier: complex
@@ -155,9 +203,12 @@ class Followed(Presented):
 
     _picture = "followed"
 
-    over: str
+    key: str
+    """Dotted key of the parameter, or ``SPEED``."""
     points: tuple[FollowedPoint, ...]
+    """Results in the order of the values."""
     borders: tuple[Border, ...]
+    """Stability borders in the order in which they were located."""
     scene: str
     """Name of the scene."""
 
@@ -166,23 +217,21 @@ class Followed(Presented):
         borders = ", ".join(f"{border.value:.6g}" for border in self.borders)
         return {
             "scene": self.scene,
-            "over": f"{self.over}, {len(values)} values",
+            "over": f"{self.key}, {len(values)} values",
             "from": f"{values[0]:.4g} to {values[-1]:.4g}",
             "borders": borders or "none",
         }
 
     def _columns(self) -> Columns:
-        stabilities = [point.found for point in self.points]
+        solutions = [point.solution for point in self.points]
         return {
-            self.over: Column(
-                "rad/s" if self.over == "speed" else None, [point.value for point in self.points]
+            self.key: Column(
+                "rad/s" if self.key == SPEED else None, [point.value for point in self.points]
             ),
             "held_speed": Column("rad/s", [point.speed for point in self.points]),
-            "largest": Column("1", [None if one is None else one.largest for one in stabilities]),
-            "verdict": Column(None, [None if one is None else one.verdict for one in stabilities]),
-            "whirl_max": Column(
-                "m", [None if one is None else one.whirl_max for one in stabilities]
-            ),
+            "largest": Column("1", [None if s is None else s.largest for s in solutions]),
+            "verdict": Column(None, [None if s is None else s.verdict for s in solutions]),
+            "whirl_max": Column("m", [None if s is None else s.whirl_max for s in solutions]),
             "new": Column(None, [point.new for point in self.points]),
         }
 
@@ -190,7 +239,7 @@ class Followed(Presented):
     def unlocated(self) -> list[tuple[FollowedPoint, FollowedPoint]]:
         """Successive points with different verdicts and no border between them."""
         judged_points = [
-            (point, point.found.verdict) for point in self.points if point.found is not None
+            (point, point.solution.verdict) for point in self.points if point.solution is not None
         ]
         return [
             (one, other)
@@ -205,7 +254,7 @@ class Followed(Presented):
     def report(self) -> dict[str, object]:
         """Return the solutions and borders as JSON-able values."""
         return {
-            "over": self.over,
+            "key": self.key,
             "points": [point.report() for point in self.points],
             "borders": [border.report() for border in self.borders],
             "unlocated": [[one.value, other.value] for one, other in self.unlocated],
@@ -213,7 +262,7 @@ class Followed(Presented):
 
 
 def follow(
-    over: str,
+    key: str,
     case: Case,
     values: Sequence[float],
     starts: Sequence[str] = tuple(STARTS),
@@ -224,9 +273,9 @@ def follow(
     Each solution is cached on disk, so that a repeated or interrupted call continues.
 
     Args:
-        over: name of the parameter.
-        case: function that applies the parameter.
-        values: values in the order of the continuation.
+        key: dotted key of the parameter, or ``SPEED``.
+        case: function that applies a value of the parameter; see ``case_of``.
+        values: values in the order of the continuation, at least one.
         starts: names in ``STARTS`` from which a search begins, in order.
         progress: called with the number of finished values.
 
@@ -243,43 +292,52 @@ def follow(
         if len(points) > 1 and not points[-1].new:
             borders += _border(case, *points[-2:])
         progress(done)
-    return Followed(over, tuple(points), tuple(borders), scene.name)
+    return Followed(key, tuple(points), tuple(borders), scene.name)
 
 
-def _search(points: Sequence[FollowedPoint], value: float) -> tuple[Way | None, float]:
-    """Return the line through previous solutions and the position on it; None without one."""
-    if not points or (last := points[-1]).found is None:
+def _search(points: Sequence[FollowedPoint], value: float) -> tuple[Secant | None, float]:
+    """Return the secant through the last two solutions and the position of a value on it.
+
+    Args:
+        points: points so far.
+        value: value of the parameter of the next point.
+
+    Returns:
+        The secant, None if the last point has no solution; and the share, see ``solved``.
+    """
+    if not points or (last := points[-1]).solution is None:
         return None, 1.0
+    # After a new search the previous point may be on another branch: start at the last one alone.
     before = points[-2] if len(points) > 1 and not last.new else last
-    assert before.found is not None
+    assert before.solution is not None
     share = 1.0
     if last.value != before.value:
         share = (value - before.value) / (last.value - before.value)
-    return (before.found.start, last.found.start), share
+    return (before.solution.start, last.solution.start), share
 
 
 def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border]:
-    """Locate the border between two followed points; an empty list if there is none."""
-    first, last = one.found, other.found
+    """Return the border between two successive points as a list; it is empty without a border."""
+    first, last = one.solution, other.solution
     if first is None or last is None or first.stable is last.stable or None in (
         first.stable, last.stable
     ):  # fmt: skip
         return []
 
-    def at(value: float) -> tuple[float, Solution]:
+    def solve(value: float) -> tuple[float, Solution]:
         scene, speed = case(value)
         share = (value - one.value) / (other.value - one.value)
-        solution_here, _ = _solution(scene, speed, (first.start, last.start), share, ())
-        if solution_here is None:
+        between, _ = _solution(scene, speed, (first.start, last.start), share, ())
+        if between is None:
             raise _Lost
-        return speed, solution_here
+        return speed, between
 
     size = max(abs(one.value), abs(other.value))
     try:
         value = float(
-            brentq(lambda v: at(v)[1].largest - 1.0, one.value, other.value, xtol=DIGITS * size)
+            brentq(lambda v: solve(v)[1].largest - 1.0, one.value, other.value, xtol=DIGITS * size)
         )
-        speed, crossing = at(value)
+        speed, crossing = solve(value)
     except (_Lost, SceneError):
         # A parameter that takes only whole numbers has no border between two of them.
         return []

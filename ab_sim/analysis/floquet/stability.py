@@ -16,9 +16,12 @@ from ab_sim.model.dynamics.system import RACE_HEIGHT
 from ab_sim.scene.model import Scene
 
 CONVERGED = 1e-10
-"""Tolerance of the multipliers under step halving; steps are halved until it is met."""
+"""Largest change of a multiplier at which halving the steps ends."""
 UNDECIDED = 1e-8
-"""Distance from 1 below which the largest modulus is reported as undecided."""
+"""Distance from 1 below which the largest modulus is reported as undecided.
+
+A double multiplier at 1 moves by about the square root of rounding, 1e-8.
+"""
 STILL = 1e-7
 """Tolerance for a balanced deck: distance from its rest position in units of ``TurnMap.scale``."""
 STRUCTURAL = 1e-6
@@ -37,9 +40,11 @@ class Stability:
     period: float
     """Period T, one turn of the spindle [s]."""
     found_from: str
-    """Origin of Newton's first guess: start, balanced, settled, or a neighbour."""
+    """Origin of Newton's first guess: a name in ``STARTS``, or ``follow.NEIGHBOUR``."""
     state_names: tuple[str, ...]
+    """Names of the states in the order of ``orbit.states``."""
     orbit: Orbit
+    """Periodic solution with the final number of steps."""
     multipliers: np.ndarray
     """Multipliers, complex, by falling modulus, shape (2 (K + n),)."""
     difference: float
@@ -107,7 +112,7 @@ class Stability:
 
 
 def none_found(scene: Scene, speed: float) -> dict[str, Any]:
-    """Return the report of a search without a result."""
+    """Return the report of a search at a speed [rad/s] that found no periodic solution."""
     return {
         "scene": scene.name,
         "found": False,
@@ -160,6 +165,7 @@ def solutions_of(scene: Scene, speed: float | None = None, start: str = "") -> l
 
 
 def _names(start: str, turn: TurnMap) -> list[str]:
+    """Return the names of the starts to be tried, in order; see ``solutions_of``."""
     if start:
         if start not in STARTS:
             raise InputError(
@@ -179,12 +185,12 @@ def _same(turn: TurnMap, one: Stability, other: Stability) -> bool:
 
 
 def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
-    """Return an orbit's solution; steps are halved until the multipliers no longer change.
+    """Return an orbit's stability; steps are halved until the multipliers no longer change.
 
     Args:
         turn: turn map of the orbit.
         orbit: orbit with any number of steps.
-        name: name of its start.
+        name: origin of the orbit, for ``Stability.found_from``.
 
     Returns:
         The solution; None if it does not exist with smaller steps.
@@ -222,15 +228,20 @@ def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
 
 
 def multipliers_of(orbit: Orbit) -> np.ndarray:
-    """Return the eigenvalues of the monodromy matrix by falling modulus."""
+    """Return the eigenvalues of the monodromy matrix by falling modulus, shape (2 (K + n),)."""
     multipliers = np.linalg.eigvals(orbit.monodromy).astype(complex)
+    # Moduli are rounded for sorting, so that conjugates stay next to each other.
     return multipliers[
         np.lexsort((-multipliers.imag, -multipliers.real, -np.round(np.abs(multipliers), 12)))
     ]
 
 
 def multiplier_distance(ones: np.ndarray, others: np.ndarray) -> float:
-    """Return the distance of two sets of multipliers: the largest within their best matching."""
+    """Return the distance of two sets of multipliers with equal shapes (n,).
+
+    Each multiplier is paired with one of the other set, with the least total distance. The result
+    is the distance of the worst pair. Sorting would pair wrongly if moduli are nearly equal.
+    """
     distance = np.abs(ones[:, None] - others[None, :])
     return float(distance[linear_sum_assignment(distance)].max(initial=0.0))
 
@@ -238,8 +249,8 @@ def multiplier_distance(ones: np.ndarray, others: np.ndarray) -> float:
 def largest_of(turn: TurnMap, orbit: Orbit) -> float:
     """Return the largest modulus of an orbit's multipliers, without structural ones.
 
-    It uses the orbit's own steps and is meant for maps with many orbits. ``judged`` also checks the
-    accuracy.
+    The multipliers are those of the orbit's steps, without a check of their accuracy, to save time
+    in maps with many orbits. ``judged`` also checks the accuracy.
     """
     multipliers = multipliers_of(orbit)
     structural = _structural(turn, multipliers) if _keeps_still(turn, orbit) else 0
@@ -247,11 +258,13 @@ def largest_of(turn: TurnMap, orbit: Orbit) -> float:
 
 
 def _largest(multipliers: np.ndarray, structural: int) -> float:
+    """Return the largest modulus without the ``structural`` multipliers nearest to 1."""
     nearest_to_one = np.argsort(np.abs(multipliers - 1.0), kind="stable")[:structural]
     return float(np.abs(np.delete(multipliers, nearest_to_one)).max(initial=0.0))
 
 
 def _keeps_still(turn: TurnMap, orbit: Orbit) -> bool:
+    """Return whether the deck stays at its rest position during the turn, within ``STILL``."""
     deck = turn.layout.deck
     away = np.abs(orbit.states[:, deck] - turn.rest()) / turn.scale[deck]
     return bool(away.max() <= STILL)
@@ -261,6 +274,8 @@ def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
     """Return the number of multipliers that are 1 because balanced positions form a manifold."""
     n, heights = len(turn.system.balls), turn.system.balls[:, RACE_HEIGHT]
     races = np.unique(heights, return_counts=True)[1] if turn.scene.deck is not None else [n]
+    # Two equations of balance per race leave n - 2 free angles. A multiplier counts only if it is
+    # near 1, because balls that cannot balance have no such manifold.
     free = sum(max(0, int(balls) - 2) for balls in races)
     if n and turn.scene.deck is None and turn.system.deck_model.unbalance == 0.0:
         free = max(free, 1)  # Without an unbalance all positions can be rotated.

@@ -14,7 +14,7 @@ Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 3.2 (Floquet
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -44,10 +44,43 @@ Newton's last step usually reaches rounding.
 ROUNDED = 1e-14
 """Gap at which Newton's method stops."""
 NEWTON = 60
+"""Largest number of Newton iterations."""
 FARTHEST = 0.5
 """Largest change of a ball angle in a Newton step [rad]."""
 FLAT = 1e-10
 """Relative threshold of singular values: smaller ones belong to manifolds of solutions."""
+
+Guess = TypeVar("Guess")
+Candidate = TypeVar("Candidate")
+
+
+def newton(
+    trial: Callable[[Guess, int], tuple[Candidate, float, Callable[[], Guess | None]]], guess: Guess
+) -> Candidate | None:
+    """Return the solution that Newton's method reaches from a guess; None if it does not converge.
+
+    Args:
+        trial: function of a guess and the number of the iteration. It returns the candidate at the
+            guess, its scaled residual, and a function for the next guess (None if not finite).
+        guess: first guess.
+    """
+    best, smallest = None, math.inf
+    for iteration in range(NEWTON):
+        candidate, residual, following = trial(guess, iteration)
+        if not math.isfinite(residual):
+            return None
+        # Convergence is quadratic down to rounding, which depends on the scene and has no usable
+        # bound. A residual that no longer halves has reached it.
+        if smallest < CLOSED and residual >= 0.5 * smallest:
+            return best
+        best, smallest = candidate, residual
+        if residual <= ROUNDED:
+            return best
+        next_guess = following()
+        if next_guess is None:
+            return None
+        guess = next_guess
+    return best if smallest < CLOSED else None
 
 
 class Orbit(NamedTuple):
@@ -123,7 +156,7 @@ class TurnMap:
         rest: np.ndarray = start_state(scene, self.system)[self.layout.deck]
         return rest
 
-    def over(
+    def integrate(
         self, state: np.ndarray, duration: float, steps: int, columns: int | None = None
     ) -> Flown:
         """Integrate a state over any duration [s], see ``Flow.over``."""
@@ -136,8 +169,13 @@ class TurnMap:
         self._normalise(end)
         return end
 
-    def ways(self, state: np.ndarray) -> np.ndarray:
-        """Return directions of the independent coordinates as columns, (states, 2 (K + n))."""
+    def basis(self, state: np.ndarray) -> np.ndarray:
+        """Return the directions of the independent coordinates at a state, one per column.
+
+        Returns:
+            Array with shape (states, 2 (K + n)). It differs from the identity only if the deck's
+            state contains a quaternion.
+        """
         deck_states = self.layout.deck.stop
         tangent = self.system.deck_model.tangent(state[:deck_states])
         balls = self.layout.size - deck_states
@@ -153,46 +191,50 @@ class TurnMap:
             guess: state at the start of a turn.
             steps: number of steps in a turn; default ``fewest``.
         """
-        steps, state = steps or self.fewest, guess.copy()
+        number, state = steps or self.fewest, guess.copy()
         state[self.layout.angles] = within_turn(state[self.layout.angles])
-        best, missed = None, math.inf
-        for iteration in range(NEWTON):
-            orbit, gap, scale = self._orbit(state, steps, iteration)
-            if orbit is None:
-                return None
-            # Once the gap no longer halves, the iteration has reached rounding.
-            if missed < CLOSED and orbit.residual >= 0.5 * missed:
-                return best
-            missed, best = orbit.residual, orbit
-            if missed <= ROUNDED:
-                return best
-            # Least squares of minimal norm: along a manifold of solutions the matrix is singular,
-            # and the nearest solution is taken.
-            matrix = (orbit.monodromy - np.eye(len(gap))) * scale / scale[:, None]
-            change = scale * np.linalg.lstsq(matrix, -gap / scale, rcond=FLAT)[0]
-            farthest = np.abs(self.ways(state) @ change)[self.layout.angles].max(initial=0.0)
-            if not math.isfinite(farthest):
-                return None
-            state = self._moved(state, change * min(1.0, FARTHEST / max(farthest, 1e-300)))
-        return best if missed < CLOSED else None
+
+        def trial(
+            state: np.ndarray, iteration: int
+        ) -> tuple[Orbit, float, Callable[[], np.ndarray | None]]:
+            orbit, gap, scale = self._orbit(state, number, iteration)
+            return orbit, orbit.residual, lambda: self._step(state, orbit, gap, scale)
+
+        return newton(trial, state)
 
     def _orbit(
         self, state: np.ndarray, steps: int, iteration: int
-    ) -> tuple[Orbit | None, np.ndarray, np.ndarray]:
+    ) -> tuple[Orbit, np.ndarray, np.ndarray]:
         """Integrate one turn; return the orbit, the gap P(y) - y, and the scale of its entries."""
         flown = self._flow.over(state, self.period, steps)
-        ways, end = self.ways(state), flown.states[-1]
+        basis, end = self.basis(state), flown.states[-1]
         gap = end - state
         gap[self.layout.angles] = within_turn(gap[self.layout.angles])
-        gap, scale = ways.T @ gap, (ways**2).T @ self.scale
+        gap, scale = basis.T @ gap, (basis**2).T @ self.scale
         if not np.isfinite(flown.matrix).all():
-            return None, gap, scale
-        monodromy = self.ways(end).T @ flown.matrix @ ways
-        missed = float(np.abs(gap / scale).max(initial=0.0))
-        return Orbit(flown.states, monodromy, missed, iteration), gap, scale
+            return Orbit(flown.states, flown.matrix, math.inf, iteration), gap, scale
+        monodromy = self.basis(end).T @ flown.matrix @ basis
+        residual = float(np.abs(gap / scale).max(initial=0.0))
+        return Orbit(flown.states, monodromy, residual, iteration), gap, scale
+
+    def _step(
+        self, state: np.ndarray, orbit: Orbit, gap: np.ndarray, scale: np.ndarray
+    ) -> np.ndarray | None:
+        """Return the state after a Newton step from ``_orbit``; None if it is not finite."""
+        # Least squares of minimal norm: along a manifold of solutions the matrix is singular, and
+        # the nearest solution is taken.
+        matrix = (orbit.monodromy - np.eye(len(gap))) * scale / scale[:, None]
+        change = scale * np.linalg.lstsq(matrix, -gap / scale, rcond=FLAT)[0]
+        farthest = np.abs(self.basis(state) @ change)[self.layout.angles].max(initial=0.0)
+        if not math.isfinite(farthest):
+            return None
+        # Far from a solution a full step can turn balls by many revolutions, into the basin of
+        # another solution: shorten it.
+        return self._moved(state, change * min(1.0, FARTHEST / max(farthest, 1e-300)))
 
     def _moved(self, state: np.ndarray, change: np.ndarray) -> np.ndarray:
-        state = state + self.ways(state) @ change
+        """Return a state moved by a change of its independent coordinates."""
+        state = state + self.basis(state) @ change
         state[self.layout.angles] = within_turn(state[self.layout.angles])
         self._normalise(state)
         return state
@@ -210,10 +252,10 @@ def within_turn(angles: np.ndarray) -> np.ndarray:
 
 
 def _check_smooth(scene: Scene, effects: tuple[object, ...]) -> None:
-    """Refuse effects with events.
+    """Refuse scenes with friction or contact, whose motion is not smooth.
 
     Raises:
-        SceneError: the message names the effects to remove.
+        SceneError: there are such effects; the message names those to remove.
     """
     if not (has_friction(effects) or has_contact(effects)):
         return
@@ -235,7 +277,7 @@ TURNS = 500
 
 
 def _from_balance(turn: TurnMap) -> np.ndarray:
-    """Return the deck at rest, with balls at the balanced position nearest to evenly spread."""
+    """Return the state of a deck at rest with balls at ``balanced_angles``, shape (states,)."""
     state = np.zeros(turn.layout.size)
     state[turn.layout.deck] = turn.rest()
     state[turn.layout.angles] = balanced_angles(turn)
@@ -267,9 +309,10 @@ STARTS: Mapping[str, Callable[[TurnMap], np.ndarray]] = {
 
 
 def balanced_angles(turn: TurnMap) -> np.ndarray:
-    """Return the ball angles that best cancel the rotor's unbalance, shape (n,).
+    """Return the ball angles that best cancel the rotor's unbalance [rad], shape (n,).
 
-    For a deck in space they also cancel its couple unbalance.
+    For a deck in space they also cancel its couple unbalance. Of several such positions, the one
+    near evenly spread balls is returned.
     """
     n, balls, scene = len(turn.system.balls), turn.system.balls, turn.scene
     if n == 0:
@@ -290,7 +333,15 @@ def balanced_angles(turn: TurnMap) -> np.ndarray:
 
 
 def find_orbit(turn: TurnMap, names: Sequence[str]) -> tuple[Orbit | None, str]:
-    """Return the first periodic solution found and the name of its start; None if none is found."""
+    """Return the first periodic solution found from named starts, and the name of its start.
+
+    Args:
+        turn: turn map of the scene.
+        names: names in ``STARTS``, in the order in which they are tried.
+
+    Returns:
+        The solution and its name; None and an empty text if there is none from these starts.
+    """
     for name in names:
         try:
             orbit = turn.shoot(STARTS[name](turn))

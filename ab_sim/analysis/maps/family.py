@@ -21,7 +21,9 @@ class Family(NamedTuple):
     """Maps of one plane for several values of another key of the scene."""
 
     key: str
+    """Dotted key of the third parameter."""
     values: tuple[float, ...]
+    """Values of the third parameter, SI."""
     maps: tuple[StabilityMap, ...]
     """Maps, one per value."""
 
@@ -32,7 +34,7 @@ class Family(NamedTuple):
 
 
 def values_of(text: str) -> tuple[str, tuple[float, ...]]:
-    """Return the key and the values of ``KEY=V,V,...``.
+    """Parse ``KEY=V,V,...`` to the key and its values, SI.
 
     Raises:
         InputError: the text has another form; the message names the form.
@@ -64,8 +66,8 @@ def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
     planes = [
         plane._replace(scene=changed_scene(plane.scene, {key: value}, "each")) for value in values
     ]
-    for plane_here in planes:
-        plane_here.check()
+    for member in planes:
+        member.check()
     return planes
 
 
@@ -77,9 +79,16 @@ def family(
     workers: int = 1,
     tell: Progress | None = None,
 ) -> Family:
-    """Compute a map for each value of the key.
+    """Compute a map for each value of a third parameter.
 
-    Further arguments and errors are those of ``stability_map`` and ``members``.
+    Args:
+        plane: plane of the maps.
+        key: dotted key of the third parameter.
+        values: its values, SI.
+        coarse, workers, tell: see ``stability_map``.
+
+    Raises:
+        InputError, SceneError: see ``members`` and ``stability_map``.
     """
     planes = members(plane, key, values)
     maps = tuple(stability_map(plane, coarse, workers, tell) for plane in planes)
@@ -87,18 +96,22 @@ def family(
 
 
 DRAG = "effects.viscous_drag.coefficient"
+"""Key of the drag."""
 
 
 class StableShares(NamedTuple):
     """Shares of a map in which balance is stable for both numbers of balls, or for one only."""
 
     both: float
+    """Share in which balance is stable for both numbers."""
     only_ours: float
+    """Share in which it is stable only for the scene's number."""
     only_other: float
+    """Share in which it is stable only for the other number."""
 
     @classmethod
     def of(cls, ours: np.ndarray, other: np.ndarray) -> "StableShares":
-        """Return the shares of two regions, given as booleans of one shape."""
+        """Return the shares from two masks of stable points with equal shapes."""
         parts = ours & other, ours & ~other, other & ~ours
         return cls(*(float(part.mean()) for part in parts))
 
@@ -112,7 +125,9 @@ class BallCountComparison(NamedTuple):
     """
 
     ours: StabilityMap
+    """Map of the scene."""
     other: StabilityMap
+    """Map with the other number of balls."""
 
     @property
     def somewhere(self) -> StableShares:

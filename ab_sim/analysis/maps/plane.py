@@ -17,7 +17,7 @@ SPEED = "speed"
 COUNT = 200
 """Default number of values along an axis."""
 MOST = 2000
-
+"""Largest number of values along an axis."""
 
 IDLE = ("accuracy", "duration", "probes", "profile", "sensors", "solver", "start")
 """Sections of a scene that do not affect resting states."""
@@ -75,6 +75,11 @@ def axes_of(text: str) -> tuple[Axis, Axis]:
 
 
 def _axis_of(text: str) -> Axis:
+    """Parse ``KEY=FROM:TO[:COUNT]`` to an axis.
+
+    Raises:
+        InputError: the text is invalid.
+    """
     key, equals, range_ = text.partition("=")
     numbers = range_.split(":")
     wrong = InputError(
@@ -98,7 +103,9 @@ class Plane(NamedTuple):
     speed: float
     """Spindle speed [rad/s], if it is not one of the axes."""
     across: Axis
+    """Parameter of the columns."""
     up: Axis
+    """Parameter of the rows."""
 
     @property
     def titles(self) -> tuple[str, str]:
@@ -119,6 +126,10 @@ class Plane(NamedTuple):
 
     def at(self, row: int, column: int) -> tuple[Scene, float]:
         """Return the scene of a point, and its speed [rad/s].
+
+        Args:
+            row: index of the value up; negative ones count from the end.
+            column: index of the value across.
 
         Raises:
             SceneError: the values give no valid scene; the message names key and value.
@@ -151,6 +162,7 @@ class Plane(NamedTuple):
 
 
 def _titled(scene: Scene, key: str) -> str:
+    """Return a parameter's title for an axis, with its unit in brackets."""
     if key == SPEED:
         return "spindle speed [rad/s]"
     unit = _unit_of(scene, key)
@@ -158,6 +170,7 @@ def _titled(scene: Scene, key: str) -> str:
 
 
 def _unit_of(scene: Scene, key: str) -> str | None:
+    """Return the SI unit of a dotted key or of ``SPEED``; None if it has none."""
     if key == SPEED:
         return "rad/s"
     *sections, last = key.split(".")

@@ -16,7 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.base.errors import InputError
+
 Point = tuple[int, int]
+"""Row and column of a point of the grid."""
 
 NOT_YET = np.iinfo(np.int64).min
 """Label of points without a verdict."""
@@ -31,21 +34,34 @@ class Refined(NamedTuple):
     """Mask of computed points; the others have the label of a neighbour. Same shape."""
 
 
+def check_coarse(coarse: int, setting: str) -> None:
+    """Refuse an initial spacing that cannot be halved down to 1.
+
+    Args:
+        coarse: initial spacing of the points.
+        setting: name and value for the message.
+
+    Raises:
+        InputError: ``coarse`` is not a power of two.
+    """
+    if coarse < 1 or coarse & (coarse - 1):
+        raise InputError(f"{setting}: must be a power of two: 1, 2, 4, 8, ...")
+
+
 def refined(
     verdicts: Callable[[Sequence[Point]], Sequence[int]], shape: Point, coarse: int = 8
 ) -> Refined:
     """Return the labels of a grid, computed near their borders.
 
     Args:
-        verdicts: returns the labels of points (row, column); called once for each point.
-        shape: rows, columns.
+        verdicts: function that returns the labels of points; it gets each point at most once.
+        shape: number of rows and of columns.
         coarse: spacing to begin with, a power of two.
 
     Raises:
-        ValueError: ``coarse`` is not a power of two.
+        InputError: ``coarse`` is not a power of two.
     """
-    if coarse < 1 or coarse & (coarse - 1):
-        raise ValueError(f"coarse = {coarse!r}: must be a power of two: 1, 2, 4, 8, ...")
+    check_coarse(coarse, f"coarse = {coarse!r}")
     grid = Refined(np.full(shape, NOT_YET), np.zeros(shape, bool))
     before: list[np.ndarray] | None = None
     while coarse:
@@ -67,36 +83,39 @@ def refined(
 
 
 def _spaced(spacing: int, size: int) -> np.ndarray:
-    """Return every ``spacing``-th index from 0, and the last."""
+    """Return every ``spacing``-th index from 0, and the last one, ``size`` - 1."""
     return np.union1d(np.arange(0, size, spacing), [size - 1])
 
 
 def _compute_borders(
     verdicts: Callable[[Sequence[Point]], Sequence[int]],
-    labels_so_far: Refined,
-    at: tuple[np.ndarray, ...],
+    grid: Refined,
+    lines: tuple[np.ndarray, ...],
 ) -> None:
+    """Compute points at borders until none is left; ``lines`` selects the rows and columns."""
+    # A computed label may differ from the label that was copied, which makes further borders.
     while True:
-        wanted = _at_borders(labels_so_far.labels[at]) & ~labels_so_far.computed[at]
+        wanted = _at_borders(grid.labels[lines]) & ~grid.computed[lines]
         if not wanted.any():
             return
-        rows, columns = (np.broadcast_to(lines, wanted.shape)[wanted] for lines in at)
-        _compute(verdicts, labels_so_far, (rows, columns))
+        rows, columns = (np.broadcast_to(line, wanted.shape)[wanted] for line in lines)
+        _compute(verdicts, grid, (rows, columns))
 
 
 def _compute(
     verdicts: Callable[[Sequence[Point]], Sequence[int]],
-    labels_so_far: Refined,
-    at: tuple[np.ndarray, ...],
+    grid: Refined,
+    indices: tuple[np.ndarray, ...],
 ) -> None:
-    rows, columns = (lines.ravel() for lines in np.broadcast_arrays(*at))
+    """Compute the labels of points, given by arrays of rows and columns that are broadcast."""
+    rows, columns = (index.ravel() for index in np.broadcast_arrays(*indices))
     points = [(int(i), int(j)) for i, j in zip(rows, columns, strict=True)]
-    labels_so_far.labels[rows, columns] = verdicts(points)
-    labels_so_far.computed[rows, columns] = True
+    grid.labels[rows, columns] = verdicts(points)
+    grid.computed[rows, columns] = True
 
 
 def _at_borders(labels: np.ndarray) -> np.ndarray:
-    """Return the mask of points that have a neighbour with another label."""
+    """Return the mask of points with a different label among their eight neighbours."""
     around = np.lib.stride_tricks.sliding_window_view(np.pad(labels, 1, mode="edge"), (3, 3))
     different: np.ndarray = (around != labels[:, :, None, None]).any(axis=(2, 3))
     return different

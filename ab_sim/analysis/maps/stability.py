@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ab_sim.analysis.circulating import why_not
+from ab_sim.analysis.circulating import reason_not_covered
 from ab_sim.analysis.equilibria.balanced import ALL, SAMPLED, known_positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
 from ab_sim.analysis.maps.plane import SPEED, Plane
@@ -16,8 +16,8 @@ from ab_sim.analysis.maps.verdicts import (
     BALANCED,
     CIRCULATES,
     EVERYWHERE,
+    NOT_COVERED,
     NOT_KNOWN,
-    NOT_LOOKED_FOR,
     circulation_at,
     name_of,
     verdict,
@@ -28,7 +28,7 @@ from ab_sim.base.version import __version__
 from ab_sim.base.workers import Workers
 
 COARSE = 8
-"""Initial spacing of the points of a map."""
+"""Default initial spacing of the points of a map."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,8 +38,9 @@ class StabilityMap(Presented):
     _picture = "stability_map"
 
     plane: Plane
+    """Scene, speed and axes of the map."""
     coarse: int
-    """Initial spacing of the points; see ``refine`` for what it can miss."""
+    """Initial spacing of the points; ``refine`` explains which regions it can miss."""
     labels: np.ndarray
     """Label of every point (``verdicts``), integers, shape (values up, values across)."""
     computed: np.ndarray
@@ -73,16 +74,20 @@ class StabilityMap(Presented):
         return self.balanced & (self.circulating == CIRCULATES)
 
     @property
-    def circulation_not_looked_for(self) -> str | None:
+    def reason_not_covered(self) -> str | None:
         """Reason why some point is outside the closed form of circulation; None if none is."""
-        where = np.argwhere(self.circulating == NOT_LOOKED_FOR)
+        where = np.argwhere(self.circulating == NOT_COVERED)
         if len(where) == 0:
             return None
-        return why_not(self.plane.at(int(where[0][0]), int(where[0][1]))[0])
+        return reason_not_covered(self.plane.at(int(where[0][0]), int(where[0][1]))[0])
 
     @property
     def balanced_positions(self) -> str | None:
-        """Positions that the labels cover: ``extremes.SAMPLED`` if so at a corner, else ``ALL``."""
+        """Balanced positions that the labels cover; see ``balanced.known_positions``.
+
+        ``SAMPLED`` if they are only sampled at some corner of the plane, else ``ALL``; None with
+        fewer than three balls.
+        """
         rows, columns = self.plane.shape
         kinds_at_corners = set()
         for row, column in ((0, 0), (0, columns - 1), (rows - 1, 0), (rows - 1, columns - 1)):
@@ -137,9 +142,9 @@ class StabilityMap(Presented):
             "circulation": {
                 "labels": self.circulating.tolist(),
                 "share": float((self.circulating == CIRCULATES).mean()),
-                "share_beside_balanced": float(self.coexisting.mean()),
-                "share_not_known": float((self.circulating == NOT_KNOWN).mean()),
-                "not_looked_for": self.circulation_not_looked_for,
+                "share_coexisting": float(self.coexisting.mean()),
+                "share_unknown": float((self.circulating == NOT_KNOWN).mean()),
+                "reason_not_covered": self.reason_not_covered,
             },
             "version": __version__,
         }
@@ -174,17 +179,17 @@ def stability_map(
     scene = plane.scene
     with (
         Workers(workers) as workers_,
-        PointCheckpoint(label_at, scene, numbers) as kept,
-        PointCheckpoint(circulation_at, scene, numbers) as beside,
+        PointCheckpoint(label_at, scene, numbers) as labels,
+        PointCheckpoint(circulation_at, scene, numbers) as codes,
     ):
 
         def verdicts(points: Sequence[Point]) -> list[int]:
-            labels = functools.partial(workers_.each, functools.partial(label_at, plane))
-            return kept.of(points, labels, "points near borders", tell)
+            compute = functools.partial(workers_.each, functools.partial(label_at, plane))
+            return labels.of(points, compute, "points near borders", tell)
 
         def circulation(points: Sequence[Point]) -> list[int]:
-            labels = functools.partial(workers_.each, functools.partial(circulation_at, plane))
-            return beside.of(points, labels, "balls that circulate", tell)
+            compute = functools.partial(workers_.each, functools.partial(circulation_at, plane))
+            return codes.of(points, compute, "balls that circulate", tell)
 
         grid = refined(verdicts, plane.shape, coarse)
         circulating = refined(circulation, plane.shape, coarse).labels
@@ -192,5 +197,5 @@ def stability_map(
 
 
 def label_at(plane: Plane, point: Point) -> int:
-    """Return the label of a point (row, column)."""
+    """Return the label of a plane's point (row, column); see ``verdicts.verdict``."""
     return verdict(*plane.at(*point))

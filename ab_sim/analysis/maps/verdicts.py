@@ -61,6 +61,7 @@ It is larger than any ``RestingState.doubt``.
 """
 
 BALANCED = EVERYWHERE | SOMEWHERE
+"""Bits of stable balance."""
 NAMES = {
     EVERYWHERE: "balanced",
     SOMEWHERE: "balanced at some positions",
@@ -70,10 +71,11 @@ NAMES = {
     SPREAD: "spread",
     UNDECIDED: "undecided",
 }
+"""Bits in words, in the order in which a label names them."""
 
 
 def name_of(label: int) -> str:
-    """Return a label in words."""
+    """Return a label in words: the names of its bits, joined by a plus sign."""
     if label == NO_STATE:
         return "no resting state"
     names = [name for bit, name in NAMES.items() if label & bit]
@@ -101,12 +103,12 @@ def verdict(scene: Scene, speed: float) -> int:
 
 
 def label_of(branches: Iterable[RestingState]) -> int:
-    """Return the label of resting states, including the worst and best balanced one."""
+    """Return the label of a point from all its resting states; balanced ones are its extremes."""
     return _label((kind_of(state), state.stable) for state in branches)
 
 
 def kind_of(state: RestingState | RestingPlace) -> int:
-    """Return EVERYWHERE for a balanced state, else CLUSTERED, SPLIT, SPREAD or PLAIN."""
+    """Return the bit of a state: EVERYWHERE if balanced, else CLUSTERED, SPLIT, SPREAD or PLAIN."""
     if len(state.theta) == 0 or state.label == "standing":
         return PLAIN
     if state.label.startswith("balanced"):
@@ -118,7 +120,7 @@ def kind_of(state: RestingState | RestingPlace) -> int:
 
 
 def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
-    """Return the label of states, given by kind and stability."""
+    """Return the label of a point from the kind and the stability of each of its states."""
     all_ = {*verdicts}
     if not all_:
         return NO_STATE
@@ -134,10 +136,15 @@ def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
 def _verdicts(
     system: System, rotor: ClosedFormRotor, speed: float
 ) -> Iterator[tuple[int, bool | None]]:
-    """Yield kind and stability, as ``RestingState.stable``, of all states in closed form.
+    """Yield the kind and the stability (``RestingState.stable``) of all states in closed form.
 
     The eigenvalues of all states are computed together. States whose sign may be wrong due to
     rounding are computed again with error bounds.
+
+    Args:
+        system: a ``resting_system``.
+        rotor: closed-form parameters of the system.
+        speed: spindle speed w [rad/s], not 0.
     """
     places = [p for pattern in patterns_of(rotor) for p in clustered_places(rotor, speed, pattern)]
     places += [balanced_place(rotor, theta) for theta in positions_at(system, rotor, speed)]
@@ -157,9 +164,10 @@ def _verdicts(
         yield kind_of(place), stable
 
 
-NOT_LOOKED_FOR = -1
-"""Code of a scene outside the closed form: see ``circulating.why_not``."""
+NOT_COVERED = -1
+"""Code of a scene outside the closed form: see ``circulating.reason_not_covered``."""
 NONE_CIRCULATES = 0
+"""Code of a point at which no stable bunch of all balls exists."""
 CIRCULATES = 1
 """Code of a point at which all balls can circulate in a stable bunch."""
 NOT_KNOWN = 2
@@ -168,6 +176,7 @@ CIRCULATION_NAMES = {
     CIRCULATES: "balls can also circulate",
     NOT_KNOWN: "whether they can is not known",
 }
+"""Codes in words, for the legend of maps."""
 
 
 def circulation_at(plane: Plane, point: Point) -> int:
@@ -175,8 +184,9 @@ def circulation_at(plane: Plane, point: Point) -> int:
     scene, speed = plane.at(*point)
     drive = drive_of(scene)
     if drive is None:
-        return NOT_LOOKED_FOR
+        return NOT_COVERED
     if stalled(drive, speed, drive.balls) is not None:
         return CIRCULATES
-    likely = stalled(drive, speed, drive.balls, known_only=False)
-    return NONE_CIRCULATES if likely is None else NOT_KNOWN
+    # A bunch outside the closed form's validity may exist: report it neither as yes nor as no.
+    plausible = stalled(drive, speed, drive.balls, valid_only=False)
+    return NONE_CIRCULATES if plausible is None else NOT_KNOWN

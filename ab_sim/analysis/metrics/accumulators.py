@@ -39,7 +39,7 @@ _AROUND = ("time", "x", "y", "vx", "vy")
 
 
 def rms(values: np.ndarray) -> float:
-    """Return the root mean square."""
+    """Return the root mean square of all values."""
     return float(np.sqrt(np.mean(values**2)))
 
 
@@ -69,8 +69,8 @@ class PeakAccumulator:
             values[new] = joined[channel][new[:, None], beside]
 
     @cached_property
-    def found(self) -> Peaks:
-        """Largest whirls [m] and their times [s]."""
+    def peaks(self) -> Peaks:
+        """Largest whirl of each run [m] and its time [s]."""
         peaks = Peaks(self._whirl.copy(), self._around[0, :, 1].copy())
         inside = self._inside
         if inside.any():
@@ -110,12 +110,15 @@ class FinalWhirlAccumulator:
 
     @property
     def span(self) -> list[tuple[float, float]]:
-        """Smallest and largest whirl [m]."""
+        """Smallest and largest whirl of each run [m]."""
         return list(zip(self._least.tolist(), self.largest.tolist(), strict=True))
 
     @property
     def halves(self) -> list[tuple[float, float]]:
-        """Root mean square over each half [m]; equal for a single sample."""
+        """Root mean square of the whirl over the first and the second half, for each run [m].
+
+        Both are equal for a single sample.
+        """
         first, second = self._halves
         last = second if self._taken > 1 else first
         return list(zip(first.values.tolist(), last.values.tolist(), strict=True))
@@ -128,22 +131,22 @@ class FinalWhirlAccumulator:
         small it is.
         """
         small = self.mean_squares.values <= FLOOR * self._disc_alone
-        return np.asarray(small | (self._trends.found(np.zeros(small.shape)) == 0))
+        return np.asarray(small | (self._trends.directions(np.zeros(small.shape)) == 0))
 
     @property
     def band(self) -> np.ndarray:
-        """Half-width of the band around the final whirl [m]."""
+        """Half-width of the band around each run's final whirl [m], shape (runs,)."""
         return np.maximum(BAND * self.mean_squares.values, FLOOR * self._disc_alone)
 
 
 class EarlierWhirlAccumulator:
-    """Largest whirl of the stretches before the last one."""
+    """Largest whirl of the ``EARLIER`` stretches before the last one."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._end, self._done = runs.samples - runs.last, 0
         self._begin = self._end - EARLIER * runs.last
         self.largest = np.full(len(runs), -np.inf)
-        """Largest whirl [m]."""
+        """Largest whirl of each run [m], shape (runs,)."""
 
     def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
@@ -184,7 +187,7 @@ class BandAccumulator:
         self._done += count
 
     @property
-    def found(self) -> list[float | None]:
+    def times(self) -> list[float | None]:
         """Time from which the whirl stays within its band [s], per run.
 
         None if the whirl leaves the band during the last tenth of the run, over which the band is
@@ -203,7 +206,7 @@ class ResidualAccumulator:
 
     def __init__(self, runs: JudgedRuns) -> None:
         numbers = runs.numbers
-        self._own = numbers.unbalance
+        self._rotor = numbers.unbalance
         self.unbalance = RotorResiduals(numbers.moments, numbers.unbalance)
         """Residual unbalance as a fraction of the rotor's."""
         self._trends, self._most = Trends(len(runs), runs.last), numbers.most_unbalance
@@ -223,13 +226,13 @@ class ResidualAccumulator:
     @property
     def rises(self) -> np.ndarray:
         """True for each run whose residual unbalance rises by a significant part of its limit."""
-        return np.asarray(self._trends.found(CHANGE * self._most) > 0)
+        return np.asarray(self._trends.directions(CHANGE * self._most) > 0)
 
     @property
-    def left(self) -> np.ndarray:
-        """Residual unbalance [kg m]; that of the balls if the rotor has none."""
+    def moments(self) -> np.ndarray:
+        """Residual unbalance [kg m], shape (runs,); that of the balls if the rotor has none."""
         values = self.unbalance.values
-        return np.where(self._own != 0.0, self._own * values, values)
+        return np.where(self._rotor != 0.0, self._rotor * values, values)
 
 
 class TiltAccumulator:
@@ -237,7 +240,7 @@ class TiltAccumulator:
 
     def __init__(self, runs: JudgedRuns) -> None:
         self.peak: list[float | None] = [None] * len(runs)
-        """Largest tilt [rad]."""
+        """Largest tilt of each run [rad]."""
         self._final, self._runs = MeanSquares(len(runs)), runs
 
     def take(self, block: SampleBlock) -> None:
@@ -255,7 +258,7 @@ class TiltAccumulator:
 
     @property
     def final(self) -> list[float | None]:
-        """Root mean square over the last stretch [rad]."""
+        """Root mean square of each run's tilt over the last stretch [rad]."""
         return self._final.values_if_any
 
 
@@ -263,27 +266,27 @@ class PassageAccumulator:
     """First passage of all balls opposite the unbalance, in a start-up."""
 
     def __init__(self, runs: JudgedRuns) -> None:
-        self.found: list[float | None] = [None] * len(runs)
+        self.times: list[float | None] = [None] * len(runs)
         """Time of the passage in each run [s]; None if there is none."""
         self._pending = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
 
     def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
         for run in self._pending:
-            self.found[run] = first_passage_of_opposite(block.joined.trajectories[run])
-        self._pending = [run for run in self._pending if self.found[run] is None]
+            self.times[run] = first_passage_of_opposite(block.joined.trajectories[run])
+        self._pending = [run for run in self._pending if self.times[run] is None]
 
 
 class OncePerTurnAccumulator:
     """Once-per-turn part of the whirl in the last stretch, on the rotor's axes.
 
     A Hann window over the stretch suppresses other frequencies, even if the stretch is not a whole
-    number of turns.
+    number of turns: Harris (1978), Proc. IEEE 66, 51-83.
     """
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._sums, self._turned = np.zeros((len(runs), 2)), np.zeros(len(runs))
-        self._shown = np.ones(len(runs), bool)
+        self._resolved = np.ones(len(runs), bool)
         self._last, self._taken = runs.last, 0
         self._before: np.ndarray | None = None
 
@@ -298,30 +301,31 @@ class OncePerTurnAccumulator:
         compiled(add_on_rotor_axes)(weights, x, y, angle, self._sums)
         turned = np.abs(np.diff(angle, axis=1, prepend=self._angles_before(angle)))
         self._turned += turned.sum(axis=1)
-        self._shown &= turned.max(axis=1) <= COARSEST
+        self._resolved &= turned.max(axis=1) <= COARSEST
         self._taken, self._before = self._taken + block.late, angle[:, -1:]
 
     def _angles_before(self, angle: np.ndarray) -> np.ndarray:
+        """Return the last angles before a block [rad], shape (runs, 1); at the start its first."""
         return angle[:, :1] if self._before is None else self._before
 
     @property
     def vectors(self) -> list[complex | None]:
-        """Once-per-turn vector [m]; None for too few turns or too sparse samples.
+        """Once-per-turn vector of each run [m]; None for too few turns or too sparse samples.
 
         There must be ``TURNS`` revolutions, and samples close enough to resolve them.
         """
-        valid = self._shown & (self._turned >= TURNS * TURN)
+        valid = self._resolved & (self._turned >= TURNS * TURN)
         sums_and_validity = zip(self._sums.tolist(), valid.tolist(), strict=True)
         return [complex(*parts) if valid else None for parts, valid in sums_and_validity]
 
     @property
     def size(self) -> list[float | None]:
-        """Magnitude [m]."""
+        """Magnitude of each run's vector [m]; None without a vector."""
         return [None if vector is None else abs(vector) for vector in self.vectors]
 
     @property
     def phase(self) -> list[float | None]:
-        """Phase from the unbalance [rad]; None without a magnitude."""
+        """Phase of each run's vector from the unbalance [rad]; None without a magnitude."""
         return [cmath.phase(vector) if vector else None for vector in self.vectors]
 
 
@@ -353,12 +357,12 @@ class LastSampleAccumulator:
 
     @property
     def ball_angles(self) -> list[tuple[float, ...]]:
-        """Ball angles [rad]."""
+        """Ball angles of each run [rad], unwrapped, one value per ball."""
         return list(map(tuple, self._last.ball_angles[:, -1].tolist()))
 
     @property
     def speed(self) -> np.ndarray:
-        """Spindle speed [rad/s]."""
+        """Spindle speed of each run [rad/s], shape (runs,)."""
         return self._last["speed"][:, -1]
 
 
@@ -376,14 +380,14 @@ class FinalCirculationAccumulator:
         )
 
     @cached_property
-    def found(self) -> Sequence[Circulation | None]:
+    def circulations(self) -> Sequence[Circulation | None]:
         """Circulating balls of each run; None if no ball circulates."""
-        return circulation_of(*self._marks.found)
+        return circulation_of(*self._marks.kept)
 
     @property
     def any_ball(self) -> list[bool | None]:
         """True for each run with a circulating ball; None without balls."""
-        return [bunch is not None if self._balls else None for bunch in self.found]
+        return [bunch is not None if self._balls else None for bunch in self.circulations]
 
 
 class RunOverlapAccumulator:
@@ -398,11 +402,11 @@ class RunOverlapAccumulator:
             accumulator.take(trajectory)
 
     @property
-    def found(self) -> list[tuple[Overlap, ...] | None]:
+    def overlaps(self) -> list[tuple[Overlap, ...] | None]:
         """Overlaps of each run; None if balls cannot overlap."""
         return [accumulator.overlaps for accumulator in self._accumulators]
 
 
 def is_start_up(scene: Scene) -> bool:
-    """Return whether the profile is a start-up."""
+    """Return whether the scene's profile is a start-up."""
     return scene.profile is not None and scene.profile.kind == "start_up"

@@ -85,7 +85,7 @@ class Metrics(MetricValues):
         "max W(t) / e, W = hypot(x, y); between samples along a cubic through places and "
         "velocities",
         PeakAccumulator,
-        lambda peak: peak.found.whirl,
+        lambda peak: peak.peaks.whirl,
         Row("peak {W}", lambda m, display: peak_text(m.peak_whirl, m.peak_time, display)),
         better=Better.SMALLER,
     )
@@ -95,7 +95,7 @@ class Metrics(MetricValues):
         "time of the largest whirl",
         "t of max W(t)",
         PeakAccumulator,
-        lambda peak: peak.found.time,
+        lambda peak: peak.peaks.time,
     )
     final_whirl = Metric[float](
         "final_whirl_over_e",
@@ -161,7 +161,7 @@ class Metrics(MetricValues):
         "leaves that band in the last tenth of the run, or has not settled",
         "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l or not settled",
         BandAccumulator,
-        lambda band: band.found,
+        lambda band: band.times,
         Row(
             "in the band",
             lambda m, display: in_band_text(m.in_band_from, m.band, m.span, display),
@@ -200,7 +200,7 @@ class Metrics(MetricValues):
         "without an unbalance",
         "sqrt(mean(abs(1 + sum m_i R exp(i theta_i) / (M0 e))^2)) over t >= t_l",
         ResidualAccumulator,
-        lambda residual: residual.unbalance.found,
+        lambda residual: residual.unbalance.shares,
         Row("residual unbalance", lambda m, _: number_text(m.residual_unbalance), _has_balls),
         better=Better.SMALLER,
     )
@@ -211,7 +211,7 @@ class Metrics(MetricValues):
         "race, C the rotor's integral of (x + i y) z dm; null in the plane, and where C = 0",
         "sqrt(mean(abs(1 + sum m_i R z_i exp(i theta_i) / C)^2)) over t >= t_l",
         ResidualAccumulator,
-        lambda residual: residual.couple.found,
+        lambda residual: residual.couple.shares,
         Row(
             "residual couple",
             lambda m, _: number_text(m.residual_couple),
@@ -246,7 +246,7 @@ class Metrics(MetricValues):
         "balls, and for profiles other than a start-up",
         "first t with theta_i <= -pi for all i, between samples along cubics",
         PassageAccumulator,
-        lambda passage: passage.found,
+        lambda passage: passage.times,
         Row(
             "all at -180 deg",
             lambda m, _: passage_text(m.first_passage_of_opposite, len(m.final_ball_angles)),
@@ -292,7 +292,7 @@ class Metrics(MetricValues):
         "balls that turn relative to the race by 2 pi or more in one direction in each third of "
         "t >= t_l, and in the last third at 90 % or more of their speed in the first",
         FinalCirculationAccumulator,
-        lambda accumulator: accumulator.found,
+        lambda accumulator: accumulator.circulations,
         Row(
             "balls circulate",
             lambda m, display: circulating_text(m.circulating, len(m.final_ball_angles), display),
@@ -311,7 +311,7 @@ class Metrics(MetricValues):
         "2 R abs(sin((theta_i - theta_j) / 2)) < a_i + a_j at a sample, or ball i passes ball j "
         "between samples; i and j on one race",
         RunOverlapAccumulator,
-        lambda accumulator: accumulator.found,
+        lambda accumulator: accumulator.overlaps,
         Row(
             "balls overlap",
             lambda m, _: overlaps_text(m.overlaps),
@@ -357,7 +357,7 @@ class Metrics(MetricValues):
         "drive is balanced",
         "first_passage_of_opposite - t_p, thesis section 4.4",
         SettlingConclusion,
-        lambda settling: settling.found,
+        lambda settling: settling.periods,
     )
     peak_motor_torque = Metric[float | None](
         "peak_motor_torque",
@@ -366,7 +366,7 @@ class Metrics(MetricValues):
         "motor, because the speed is then prescribed",
         "max abs(T)",
         TorqueAccumulator,
-        lambda torque: torque.found,
+        lambda torque: torque.largest,
         number_row("peak motor torque", lambda m: m.peak_motor_torque, TORQUE),
         better=Better.SMALLER,
     )
@@ -393,7 +393,7 @@ class Metrics(MetricValues):
         "reason why vibration_velocity_rms is null; null if it has a value",
         "a text",
         BroadBandAccumulator,
-        lambda vibration: vibration.each("why_not"),
+        lambda vibration: vibration.each("reason_without_value"),
         kind=MetricKind.WORDS,
     )
     velocity_rms = Metric[float](
@@ -426,7 +426,7 @@ class Metrics(MetricValues):
         "G = e_res abs(w), e_res = sqrt(mean(abs(M0 e + sum m_i R exp(i theta_i))^2)) / (M0 + sum "
         "m_i) over t >= t_l, w at the last sample",
         GradeConclusion,
-        lambda grade: grade.found,
+        lambda grade: grade.grades,
         number_row("balance grade G", lambda m: m.balance_grade, VELOCITY),
         better=Better.SMALLER,
     )
@@ -482,7 +482,7 @@ class Metrics(MetricValues):
         "an unbalance; if the run rings down, the final whirl is an upper bound",
         "from balanced, settled and circulating_balls",
         VerdictConclusion,
-        lambda verdict: verdict.found,
+        lambda verdict: verdict.verdicts,
         Row(
             "verdict",
             lambda m, _: m.verdict,

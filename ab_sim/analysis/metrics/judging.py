@@ -23,7 +23,7 @@ from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Balanced
 
-_NEAR = 2**14
+_BLOCK = 2**14
 """Size of a block in numbers (128 kB).
 
 Larger intermediate results of numpy do not fit into the cache, and the system has to clear their
@@ -71,6 +71,7 @@ class RunNumbers(NamedTuple):
 
 
 def _numbers_of(scene: Scene) -> tuple[Any, ...]:
+    """Return the fields of ``RunNumbers`` for one scene."""
     e = scene.rotor.eccentricity
     unbalance = scene.eccentric_mass * e
     moments = [mass * scene.race.radius for mass in scene.balls.masses]
@@ -165,8 +166,8 @@ class SampleBlock:
         return whirl
 
     def row_blocks(self) -> Iterator[slice]:
-        """Yield blocks of runs whose data fit into the processor's nearest caches."""
-        most = max(1, _NEAR // max(1, len(self)))
+        """Yield slices of runs whose samples together fit into a cache of the processor."""
+        most = max(1, _BLOCK // max(1, len(self)))
         for first in range(0, len(self.samples), most):
             yield slice(first, first + most)
 
@@ -214,15 +215,24 @@ class SampleBlock:
 def accumulate(
     blocks: Callable[[], Iterable[SampleBlock]], runs: JudgedRuns, kinds: Iterable[type[Any]]
 ) -> dict[type[Any], Any]:
-    """Return accumulators of these kinds, and of those they depend on, after all passes."""
+    """Return accumulators of these kinds, and of those they depend on, after all passes.
+
+    Args:
+        blocks: function that starts at the beginning of the runs on each call.
+        runs: data of the runs.
+        kinds: classes of accumulators.
+
+    Returns:
+        Accumulators by class.
+    """
     done: dict[type[Any], Any] = {}
-    for together in _passes(tuple(kinds)):
+    for group in _passes(tuple(kinds)):
         accumulators = {
-            kind: kind(runs, *(done[needed] for needed in _after(kind))) for kind in together
+            kind: kind(runs, *(done[needed] for needed in _after(kind))) for kind in group
         }
-        looking = [accumulator for kind, accumulator in accumulators.items() if _looks(kind)]
-        for block in blocks() if looking else ():
-            for accumulator in looking:
+        fed = [accumulator for kind, accumulator in accumulators.items() if _takes_samples(kind)]
+        for block in blocks() if fed else ():
+            for accumulator in fed:
                 accumulator.take(block)
         done |= accumulators
     return done
@@ -230,11 +240,14 @@ def accumulate(
 
 def passes(kinds: Iterable[type[Any]]) -> int:
     """Return the number of passes of ``accumulate`` through the samples."""
-    return sum(any(map(_looks, together)) for together in _passes(tuple(kinds)))
+    return sum(any(map(_takes_samples, group)) for group in _passes(tuple(kinds)))
 
 
 def in_blocks(blocks: SampleBlocks, runs: JudgedRuns) -> Iterator[SampleBlock]:
-    """Yield the blocks of a single run."""
+    """Yield the samples of a single run as blocks, each with the two samples before it.
+
+    A peak between samples that lies at the seam of two blocks needs both.
+    """
     done, before = 0, None
     for trajectory in blocks():
         samples = runs.counted_from_rest(trajectory.channels, trajectory.samples[None])
@@ -270,16 +283,19 @@ def _passes(kinds: tuple[type[Any], ...]) -> list[list[type[Any]]]:
 
 
 def _with_earlier(kinds: Iterable[type[Any]]) -> Iterator[type[Any]]:
+    """Yield the kinds, each after those on which it depends; a kind may occur several times."""
     for kind in kinds:
         yield from _with_earlier(_after(kind))
         yield kind
 
 
-def _looks(kind: type[Any]) -> bool:
+def _takes_samples(kind: type[Any]) -> bool:
+    """Return whether accumulators of a kind need the samples, not only other accumulators."""
     return hasattr(kind, "take")
 
 
 def _after(kind: type[Any]) -> tuple[type[Any], ...]:
+    """Return the kinds of accumulators on which a kind depends."""
     return getattr(kind, "AFTER", ())
 
 
@@ -301,5 +317,5 @@ class EachRun:
             accumulator.take(samples, block.late)
 
     def each(self, name: str) -> list[Any]:
-        """Return an attribute of each run's instance."""
+        """Return the attribute ``name`` of each run's instance."""
         return [getattr(accumulator, name) for accumulator in self._single]

@@ -44,28 +44,32 @@ class Quantity(NamedTuple):
     """Quantity of a row's numbers: its SI unit, and the unit for display."""
 
     si: str
+    """SI unit of the values."""
     shown: ShownUnit
+    """Default unit for display."""
 
 
 class Display(NamedTuple):
     """Units in which metrics are displayed; the first four fields are the whirl's."""
 
     factor: float
-    """Factor from m to the unit."""
+    """Factor from m to the whirl's unit."""
     unit: str
+    """Unit of the whirl, as text."""
     symbol: str
-    """Symbol in the head of a row."""
+    """Symbol of the whirl in the head of a row."""
     suffix: str = ""
     """Text after a number in a cell; empty if the row's head has the unit."""
     units: Mapping[str, ShownUnit] = {}
     """Requested units of other quantities, by SI unit."""
 
     def of(self, quantity: Quantity) -> ShownUnit:
-        """Return the unit of a quantity."""
+        """Return the unit in which a quantity is displayed."""
         return self.units.get(quantity.si, quantity.shown)
 
 
 DEFAULT_UNITS = Display(1.0, "m", "W")
+"""Display of whirls in m and of other quantities in their default units."""
 
 
 class Place(IntEnum):
@@ -86,6 +90,7 @@ class Row(NamedTuple):
     applies: Callable[[Scene], bool] | None = None
     """Condition on a scene for the row in the terminal; None shows it if any cell has content."""
     place: Place = Place.AMOUNT
+    """Section of the row."""
     in_reports: bool = True
     """True if reports of recordings have the row; they leave out rows without content."""
     note: str = ""
@@ -96,12 +101,12 @@ class Row(NamedTuple):
     """Quantity whose unit stands after the label; None if the cells have their units."""
 
     def head(self, display: Display) -> str:
-        """Return the label with the whirl's symbol and with the unit."""
+        """Return the row's label with the whirl's symbol and the unit in brackets."""
         head = self.label.replace("{W}", display.symbol)
         return head if self.quantity is None else f"{head} [{display.of(self.quantity).text}]"
 
-    def says(self, cells: Iterable[str]) -> bool:
-        """Return whether any of the cells has content."""
+    def has_content(self, cells: Iterable[str]) -> bool:
+        """Return whether any cell of the row has content, not just ``NOTHING`` or ``NO``."""
         return any(cell not in (NOTHING, NO) for cell in cells)
 
 
@@ -109,7 +114,9 @@ class Relative(NamedTuple):
     """Ratio of a metric to that of the run without balls."""
 
     key: str
+    """Name in reports."""
     label: str
+    """Label of the row in tables."""
 
 
 class MetricInWords(NamedTuple):
@@ -124,12 +131,15 @@ class MetricInWords(NamedTuple):
     kind: str
     """Type: number, true or false, words, structure."""
     meaning: str
+    """Meaning in a sentence."""
     equation: str
+    """Equation in one line; empty if not given."""
     taken_by: str
     """Commands that accept the name: all, or only ``run``."""
 
 
 def _as_it_is(value: Any) -> object:
+    """Return a value that is JSON-able already."""
     return value
 
 
@@ -150,6 +160,7 @@ class Metric(Generic[T]):
     values that are not numbers.
     """
     meaning: str
+    """Meaning in a sentence, for lists."""
     equation: str
     """Equation in one line, symbols as in docs/conventions.md; empty if not given."""
     accumulator: type[Any]
@@ -157,11 +168,15 @@ class Metric(Generic[T]):
     find: Callable[[Any], Sequence[T] | np.ndarray]
     """Function that takes the values of all runs from the accumulator."""
     row: Row | None = None
+    """Row in tables; None for no row."""
     better: Better = Better.NEITHER
+    """Preferred values."""
     kind: MetricKind = MetricKind.NUMBER
+    """Type of the values."""
     plain: Callable[[Any], object] = _as_it_is
     """Function that makes the value JSON-able."""
     relative: Relative | None = None
+    """Ratio to the run without balls; None if it is not reported."""
     reported: bool = True
     """True if reports have the metric; others are used in texts and pictures."""
     stepwise: bool = False
@@ -217,7 +232,12 @@ class Metric(Generic[T]):
         ]
 
     def as_reported(self, value: Any, eccentricity: float) -> object:
-        """Return a value in its unit in reports, JSON-able; None for a whirl in e if e is 0 [m]."""
+        """Return a JSON-able value in the metric's unit.
+
+        Args:
+            value: value in SI units; None stays None.
+            eccentricity: eccentricity e [m]; if it is 0, a whirl in e is None.
+        """
         if value is None:
             return None
         if self.unit == "e":
@@ -293,6 +313,11 @@ def metrics_named(keys: Iterable[str] | None) -> list[Metric[Any]]:
 
 
 def _named(key: str) -> Metric[Any]:
+    """Return the metric with a key.
+
+    Raises:
+        InputError: the key is unknown, or that of a ratio, which only ``ab-sim run`` computes.
+    """
     if key in _metrics:
         return _metrics[key]
     for metric in _metrics.values():
@@ -305,6 +330,7 @@ def _named(key: str) -> Metric[Any]:
 
 
 def _unknown(name: str, names: list[str]) -> InputError:
+    """Return the error for an unknown name of a metric; ``names`` are the known ones."""
     return InputError(
         f"metric {name!r}: no such metric{nearest(name, names)}; there are: {', '.join(names)}"
     )
@@ -376,5 +402,7 @@ class MetricValues:
         """Return cautions that apply to this run."""
         rows = [metric.row for metric in map(_named, self.values) if metric.row is not None]
         return [
-            row.caution for row in rows if row.caution and row.says([row.text(self, DEFAULT_UNITS)])
+            row.caution
+            for row in rows
+            if row.caution and row.has_content([row.text(self, DEFAULT_UNITS)])
         ]

@@ -67,7 +67,7 @@ def metrics_of(
     scene = as_scene(scene)
     runs = JudgedRuns([scene], len(trajectory))
     columns = metrics_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
-    return _of_the_first(columns, scene)
+    return _of_first_run(columns, scene)
 
 
 def metrics_of_blocks(
@@ -86,7 +86,7 @@ def metrics_of_blocks(
         InputError: see ``metrics_of``.
     """
     runs = JudgedRuns([scene], count)
-    return _of_the_first(_found(lambda: in_blocks(blocks, runs), runs, keys), scene)
+    return _of_first_run(_computed(lambda: in_blocks(blocks, runs), runs, keys), scene)
 
 
 def metrics_of_runs(
@@ -113,7 +113,7 @@ def metrics_of_runs(
         InputError: see ``metrics_of``.
     """
     block = as_one_block(channels, samples, runs, whirl)
-    return _found(lambda: [block], runs, keys)
+    return _computed(lambda: [block], runs, keys)
 
 
 def passes_of(keys: Iterable[str] | None = None) -> int:
@@ -121,14 +121,16 @@ def passes_of(keys: Iterable[str] | None = None) -> int:
     return passes(metric.accumulator for metric in metrics_named(keys))
 
 
-def _found(
+def _computed(
     blocks: Callable[[], Iterable[SampleBlock]], runs: JudgedRuns, keys: Iterable[str] | None
 ) -> dict[str, list[object]]:
+    """Return the values of metrics for each run, by key; see ``metrics_of_runs``."""
     wanted = metrics_named(keys)
     accumulators = accumulate(blocks, runs, [metric.accumulator for metric in wanted])
     return {metric.key: metric.values(accumulators[metric.accumulator]) for metric in wanted}
 
 
-def _of_the_first(columns: dict[str, list[object]], scene: Scene) -> Metrics:
+def _of_first_run(columns: dict[str, list[object]], scene: Scene) -> Metrics:
+    """Return the metrics of the first run from the values of all runs by key."""
     values = {key: column[0] for key, column in columns.items()}
     return Metrics(values, scene.rotor.eccentricity)

@@ -120,7 +120,7 @@ def register_metric(
                 meaning,
                 equation,
                 accumulator,
-                lambda accumulator: [recorder.value() for recorder in accumulator.own],
+                lambda accumulator: [recorder.value() for recorder in accumulator.recorders],
                 row,
                 Better(better),
             )
@@ -131,16 +131,18 @@ def register_metric(
 
 
 def _accumulator_of(kind: type[OwnMetric], last_stretch: bool) -> type[Any]:
+    """Return an accumulator class for several runs, with an instance of ``kind`` per run."""
+
     class OwnAccumulator:
         def __init__(self, runs: JudgedRuns) -> None:
             count = runs.last if last_stretch else runs.samples
-            self.own = [kind(scene, count) for scene in runs.scenes]
+            self.recorders = [kind(scene, count) for scene in runs.scenes]
 
         def take(self, block: SampleBlock) -> None:
             if last_stretch and not block.late:
                 return
             samples = block.late_trajectories if last_stretch else block.trajectories
-            for recorder, sample in zip(self.own, samples, strict=True):
+            for recorder, sample in zip(self.recorders, samples, strict=True):
                 recorder.take(sample)
 
     OwnAccumulator.__module__ = kind.__module__  # cached results depend on the metric's sources

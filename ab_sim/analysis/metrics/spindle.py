@@ -26,14 +26,14 @@ class SpindleStart:
     """Time at which the commanded speed starts to change, in a single run."""
 
     def __init__(self, runs: JudgedRuns, number: int) -> None:
-        self.found: float | None = None
+        self.begin: float | None = None
         """Time of the last sample with the first command [s]; None if it never changes."""
         self._first, self._before = math.nan, math.nan
         self._at_start = float(runs.numbers.start_speed[number])
 
     def take(self, samples: Trajectory, late: int) -> None:
         """Process the next samples."""
-        if self.found is not None:
+        if self.begin is not None:
             return
         time, command = samples["time"], samples["command"]
         if math.isnan(self._before) and _follows_the_start(time):
@@ -42,7 +42,7 @@ class SpindleStart:
             self._first = float(command[0])
         other = np.flatnonzero(command != self._first)
         if len(other):
-            self.found = float(time[other[0] - 1]) if other[0] else self._before
+            self.begin = float(time[other[0] - 1]) if other[0] else self._before
         self._before = float(time[-1])
 
 
@@ -79,8 +79,8 @@ class SpindleTarget:
         self._done += len(samples)
 
     @property
-    def found(self) -> float | None:
-        """Time [s]; None if it is not before the last stretch."""
+    def reached(self) -> float | None:
+        """Time from which the spindle has the speed [s]; None if not before the last stretch."""
         return self._time if self._begins <= self._latest else None
 
 
@@ -103,8 +103,8 @@ class TorqueAccumulator:
             self._most = np.maximum(self._most, np.abs(block["motor_torque"]).max(axis=1))
 
     @property
-    def found(self) -> list[float | None]:
-        """Largest magnitude of the torque [N m]; None without a motor."""
+    def largest(self) -> list[float | None]:
+        """Largest magnitude of each run's torque [N m]; None without a motor."""
         return [most if self._motor else None for most in self._most.tolist()]
 
 
@@ -130,10 +130,10 @@ class SlipAccumulator:
 
     @property
     def most(self) -> list[float | None]:
-        """Slip of the ball that has turned most; None without balls."""
+        """Slip of the ball that has turned most, for each run [revolutions]; None without balls."""
         return [max(turns) if turns else None for turns in self.turns.tolist()]
 
     @property
     def total(self) -> list[float | None]:
-        """Sum of all balls' slip; None without balls."""
+        """Sum of all balls' slip, for each run [revolutions]; None without balls."""
         return [float(turns.sum()) if len(turns) else None for turns in self.turns]

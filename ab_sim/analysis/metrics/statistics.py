@@ -7,7 +7,7 @@ from ab_sim.tracing.functions import cos_sin
 
 
 class MeanSquares:
-    """Accumulated root mean squares, one per run."""
+    """Accumulated root mean squares, one per run; ``runs`` is the number of runs."""
 
     def __init__(self, runs: int) -> None:
         self._sums, self._count = np.zeros(runs), 0
@@ -25,12 +25,12 @@ class MeanSquares:
 
     @property
     def values(self) -> np.ndarray:
-        """Root mean squares of all values so far; there must be at least one."""
+        """Root mean squares of all values so far, at least one, shape (runs,)."""
         return np.asarray(np.sqrt(self._sums / self._count))
 
     @property
     def values_if_any(self) -> list[float | None]:
-        """Root mean squares of all values so far; None without values."""
+        """Root mean square of each run's values so far; None without values."""
         return self.values.tolist() if self._count else [None] * len(self._sums)
 
 
@@ -49,7 +49,7 @@ class RotorResiduals:
         self.any = bool(self._has.any())
         """True if at least one run has an unbalance or couple to balance."""
         shares = parts / np.where(self._has, wholes, 1.0)[:, None]
-        self._own = self._has.astype(float)[:, None]
+        self._offset = self._has.astype(float)[:, None]
         self._real, self._imaginary = shares.real.copy(), shares.imag.copy()
         self._mean = MeanSquares(len(parts))
 
@@ -60,7 +60,7 @@ class RotorResiduals:
             angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.
         """
         squares = np.empty(angles.shape[:2])
-        compiled(residual_squares)(self._own, self._real, self._imaginary, angles, squares)
+        compiled(residual_squares)(self._offset, self._real, self._imaginary, angles, squares)
         self._mean.take_squares(squares)
         return squares
 
@@ -70,7 +70,7 @@ class RotorResiduals:
         return self._mean.values
 
     @property
-    def found(self) -> list[float | None]:
+    def shares(self) -> list[float | None]:
         """Root mean square of each run's residual; None if the run has no unbalance or couple."""
         values = zip(self._mean.values_if_any, self._has.tolist(), strict=True)
         return [value if has else None for value, has in values]
@@ -102,6 +102,7 @@ CHANGE = 0.1
 """Relative change of the level, from the first third of the samples to the last, that is a
 trend."""
 PARTS = 6
+"""Number of parts of the samples, of which thirds and halves consist."""
 
 
 class Trends:
@@ -130,7 +131,7 @@ class Trends:
             begin = until
         self._taken += values.shape[1]
 
-    def found(self, floors: np.ndarray) -> np.ndarray:
+    def directions(self, floors: np.ndarray) -> np.ndarray:
         """Return the direction of each run's trend, shape (runs,): 1 rising, -1 falling, 0 none.
 
         Args:

@@ -83,13 +83,13 @@ class StartUpConclusion:
         """Time until the whirl stays in its band [s]."""
         self.ready: list[float | None] = [None] * len(runs)
         """Time until the spindle has reached its final speed as well [s]."""
-        times_of_runs = zip(band.found, start.each("found"), target.each("found"), strict=True)
-        for run, (in_band, begins, has_speed) in enumerate(times_of_runs):
-            if begins is None or in_band is None:
+        times_of_runs = zip(band.times, start.each("begin"), target.each("reached"), strict=True)
+        for run, (in_band, begin, at_speed) in enumerate(times_of_runs):
+            if begin is None or in_band is None:
                 continue
-            self.in_band[run] = max(in_band - begins, 0.0)
-            if has_speed is not None:
-                self.ready[run] = max(in_band, has_speed) - begins
+            self.in_band[run] = max(in_band - begin, 0.0)
+            if at_speed is not None:
+                self.ready[run] = max(in_band, at_speed) - begin
 
 
 class SettlingConclusion:
@@ -98,12 +98,12 @@ class SettlingConclusion:
     AFTER = (PassageAccumulator,)
 
     def __init__(self, runs: JudgedRuns, passage: PassageAccumulator) -> None:
-        self.found: list[float | None] = [None] * len(runs)
+        self.periods: list[float | None] = [None] * len(runs)
         """Settling period of each run [s], from ``settling_begins``; None if it does not end."""
-        for run, passed in enumerate(passage.found):
-            begins = None if passed is None else settling_begins(runs.scenes[run])
-            if passed is not None and begins is not None:
-                self.found[run] = passed - begins
+        for run, passed in enumerate(passage.times):
+            begin = None if passed is None else settling_begins(runs.scenes[run])
+            if passed is not None and begin is not None:
+                self.periods[run] = passed - begin
 
 
 class GradeConclusion:
@@ -114,8 +114,8 @@ class GradeConclusion:
     def __init__(
         self, runs: JudgedRuns, residual: ResidualAccumulator, last: LastSampleAccumulator
     ) -> None:
-        self.found = residual.left / runs.numbers.turning * np.abs(last.speed)
-        """Balance grade [m/s]: speed of the rotating mass' centre about the shaft."""
+        self.grades = residual.moments / runs.numbers.turning * np.abs(last.speed)
+        """Balance grade of each run [m/s]: speed of the rotating mass' centre about the shaft."""
 
 
 class VerdictConclusion:
@@ -139,21 +139,21 @@ class VerdictConclusion:
         numbers = runs.numbers
         unbalance, couple = (
             np.array([np.nan if share is None else share for share in shares], dtype=float)
-            for shares in (residual.unbalance.found, residual.couple.found)
+            for shares in (residual.unbalance.shares, residual.couple.shares)
         )
         within = unbalance <= numbers.most_unbalance
         # A couple that does not exist or does not count is NaN.
         within &= ~(couple > numbers.most_couple)
-        circulates = np.array([bunch is not None for bunch in circulation.found])
-        unbalanced = np.array([unbalance is not None for unbalance in residual.unbalance.found])
+        circulates = np.array([bunch is not None for bunch in circulation.circulations])
+        unbalanced = np.array([share is not None for share in residual.unbalance.shares])
         has_balls = numbers.moments.shape[1] > 0
         ringing_down = (final.largest <= earlier.largest) & ~residual.rises
-        self.found = verdicts(
+        self.verdicts = verdicts(
             within, final.settled, ringing_down, circulates, unbalanced & has_balls
         )
-        """Verdict in words; see ``Verdict``."""
+        """Verdict of each run in words; see ``Verdict``."""
         self.balanced = [
             name in BALANCED if has_unbalance else None
-            for name, has_unbalance in zip(self.found, unbalanced.tolist(), strict=True)
+            for name, has_unbalance in zip(self.verdicts, unbalanced.tolist(), strict=True)
         ]
         """True for each run with a balanced rotor; None without an unbalance."""

@@ -18,15 +18,16 @@ from ab_sim.engine.compiling import Cube, Table, compiled
 LOWEST, HIGHEST = 10.0, 1000.0
 """Cut-off frequencies [Hz], at which the filters are 3 dB down (ISO 20816-1)."""
 ORDER = 4
+"""Order of each filter."""
 WIDEST = 0.01
 """Largest spacing of samples [s] that resolves the lower end of the band."""
 TURN = 0.5 * math.pi
 """Largest spacing of samples as a spindle angle [rad] that resolves once-per-turn vibration."""
 
-BEGUN, EVENLY = 2, 0.01
-"""Limits of filter restarts: a fixed number, plus this fraction of the samples.
+RESTARTS, RESTARTS_PER_SAMPLE = 2, 0.01
+"""Limit of filter restarts: a fixed number, plus this fraction of the samples.
 
-Filters that restart all the time would let nothing through.
+The filters forget the past at each restart. With more of them, too little would pass.
 """
 
 
@@ -40,7 +41,7 @@ class BandPass:
     def __init__(self) -> None:
         self._step, self._time, self._before = math.nan, math.nan, np.empty(0)
         self._spacing, self._duration = -1, math.nan
-        self.begun: list[int] = []
+        self.restarts: list[int] = []
         """Indices of the newest samples at which the filter restarted."""
         self._sections, self._state = np.empty((0, 5)), np.empty((0, 2, 0))
 
@@ -52,7 +53,7 @@ class BandPass:
             times: times [s], shape (samples,).
             values: velocities, shape (samples, channels).
         """
-        parts, self.begun, count = [], [], len(steps)
+        parts, self.restarts, count = [], [], len(steps)
         if len(self._before) == 0:
             parts, self._before = [np.zeros_like(values[:1])], values[0]
             self._step, self._time = float(steps[0]), float(times[0])
@@ -64,20 +65,22 @@ class BandPass:
         for begin, end in zip([0, *ends], ends, strict=False):
             if end > begin:
                 if spacings[begin] != self._spacing:
-                    self._begin(int(spacings[begin]))
-                    self.begun.append(count - len(steps) + begin)
-                parts.append(self._evenly(values[begin:end]))
+                    self._restart(int(spacings[begin]))
+                    self.restarts.append(count - len(steps) + begin)
+                parts.append(self._filtered(values[begin:end]))
                 self._step, self._before = float(steps[end - 1]), values[end - 1]
         return np.concatenate(parts)
 
-    def _evenly(self, values: np.ndarray) -> np.ndarray:
+    def _filtered(self, values: np.ndarray) -> np.ndarray:
+        """Return evenly spaced values, shape (samples, channels), through the filter."""
         if len(self._sections) == 0:
             return np.zeros(values.shape)
         passed = np.ascontiguousarray(values.T)
         compiled(through_sections)(self._sections, self._state, passed)
         return passed.T
 
-    def _begin(self, spacing: int) -> None:
+    def _restart(self, spacing: int) -> None:
+        """Restart the filter at rest for samples that are ``spacing`` steps apart."""
         self._spacing = spacing
         self._sections = _sections(1.0 / (spacing * self._duration))
         self._state = _at_rest(self._sections, self._before)
@@ -106,7 +109,15 @@ def _sections(rate: float) -> np.ndarray:
 
 
 def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the steady state for constant values, shape (sections, 2, channels)."""
+    """Return the state of filter sections after a long constant input.
+
+    Args:
+        sections: b0, b1, b2, a1, a2 of each section, shape (sections, 5).
+        values: constant input, shape (channels,).
+
+    Returns:
+        State for ``through_sections``, shape (sections, 2, channels).
+    """
     state = np.empty((len(sections), 2, len(values)))
     for (b0, b1, b2, a1, a2), (first, second) in zip(sections, state, strict=True):
         passed = values * ((b0 + b1 + b2) / (1.0 + a1 + a2))
@@ -148,26 +159,26 @@ class BroadBand:
         self._squares, self._whole, self._count = np.zeros(1), np.zeros(1), 0
         self._fastest = self._fastest_late = 0.0
         self._peak, self._last = 0.0, np.empty((0, 2))
-        self._shown_late = self._shown = True
-        self._begun = self._begun_late = 0
+        self._resolved_late = self._resolved = True
+        self._restarts = self._restarts_late = 0
         self._samples = runs.samples
 
     def take(self, samples: Trajectory, late: int) -> None:
         """Process the next samples."""
         steps, times = samples["step"], samples["time"]
-        at = np.column_stack((times, samples["angle"]))
-        apart = np.abs(np.diff(at, axis=0, prepend=self._last))
+        instants = np.column_stack((times, samples["angle"]))
+        apart = np.abs(np.diff(instants, axis=0, prepend=self._last))
         # Allow for rounded times.
         near = (apart[:, 0] <= WIDEST * (1.0 + 1e-6)) & (apart[:, 1] <= TURN)
-        self._shown &= bool(near.all())
-        self._shown_late &= bool(near[max(len(near) - late, 0) :].all())
-        self._last = at[-1:]
+        self._resolved &= bool(near.all())
+        self._resolved_late &= bool(near[max(len(near) - late, 0) :].all())
+        self._last = instants[-1:]
         velocities, speed = self._velocities(samples), np.abs(samples["speed"])
         self._fastest = max(self._fastest, float(speed.max()))
         passed = self._band.passed(steps, times, velocities)
-        begun = np.array(self._band.begun)
-        self._begun += len(begun)
-        self._begun_late += int(np.count_nonzero(begun >= len(steps) - late))
+        restarts = np.array(self._band.restarts)
+        self._restarts += len(restarts)
+        self._restarts_late += int(np.count_nonzero(restarts >= len(steps) - late))
         self._peak = max(self._peak, float(np.max(np.abs(passed))))
         if late:
             self._fastest_late = max(self._fastest_late, float(speed[-late:].max()))
@@ -176,16 +187,17 @@ class BroadBand:
             self._count += late
 
     @property
-    def why_not(self) -> str | None:
+    def reason_without_value(self) -> str | None:
         """Reason why there is no final value; None if there is one."""
-        if not self._shown_late or self._begun_late > BEGUN + EVENLY * self._count:
+        most = RESTARTS + RESTARTS_PER_SAMPLE * self._count
+        if not self._resolved_late or self._restarts_late > most:
             return "samples are uneven or too far apart"
-        return _beside_the_band(self._fastest_late)
+        return _outside_band(self._fastest_late)
 
     @property
     def final(self) -> float | None:
         """Root mean square over the last stretch, for the axis with the largest value [m/s]."""
-        if self.why_not is not None:
+        if self.reason_without_value is not None:
             return None
         return math.sqrt(float(np.max(self._squares)) / self._count)
 
@@ -196,10 +208,10 @@ class BroadBand:
 
     @property
     def peak(self) -> float | None:
-        """Largest magnitude of the run along any axis [m/s]."""
-        evenly = self._begun <= BEGUN + EVENLY * self._samples
-        inside = _beside_the_band(self._fastest) is None
-        return self._peak if self._shown and evenly and inside else None
+        """Largest magnitude along any axis in the whole run [m/s]; None if it is not resolved."""
+        even = self._restarts <= RESTARTS + RESTARTS_PER_SAMPLE * self._samples
+        inside = _outside_band(self._fastest) is None
+        return self._peak if self._resolved and even and inside else None
 
     def _velocities(self, samples: Trajectory) -> np.ndarray:
         """Return the velocities along all axes of all positions [m/s], shape (samples, axes)."""
@@ -216,7 +228,7 @@ class BroadBand:
         return np.column_stack(columns)
 
 
-def _beside_the_band(speed: float) -> str | None:
+def _outside_band(speed: float) -> str | None:
     """Return the reason why the band excludes once-per-turn vibration; None if it does not.
 
     Args:

@@ -40,50 +40,70 @@ def _length(whirl: float, display: Display) -> str:
 
 
 def number_text(value: float | None) -> str:
-    """Return a number with three digits."""
+    """Return a number with three digits as text; a dash for None."""
     return NOTHING if value is None else f"{value:.3g}"
 
 
 def shown_text(value: float | None, quantity: Quantity, display: Display) -> str:
-    """Return a number of an SI unit, in the displayed unit, with three digits."""
+    """Return a number in its displayed unit, with three digits; a dash for None.
+
+    Args:
+        value: number in the quantity's SI unit.
+        quantity: quantity of the number.
+        display: units for display.
+    """
     return NOTHING if value is None else f"{value * display.of(quantity).factor:.3g}"
 
 
 def number_row(label: str, value: Callable[[Any], float | None], quantity: Quantity) -> Row:
-    """Return a row of numbers with their unit in its head."""
+    """Return a table row of numbers, with their unit in its head.
+
+    Args:
+        label: label without the unit.
+        value: function that takes the number, in SI units, from a run's metrics.
+        quantity: quantity of the numbers.
+    """
     return Row(label, lambda m, display: shown_text(value(m), quantity, display), quantity=quantity)
 
 
 def phase_text(value: float | None, display: Display) -> str:
-    """Return an angle with three digits and its unit."""
+    """Return an angle [rad] as text with its displayed unit; a dash for None."""
     return NOTHING if value is None else f"{_angle(value, display, '.0f')} {_unit(display)}"
 
 
 def speed_text(value: float, display: Display) -> str:
-    """Return an angular speed with its unit."""
+    """Return an angular speed [rad/s] as text with its displayed unit."""
     unit = display.of(ANGULAR_SPEED)
     return f"{value * unit.factor:.4g} {unit.text}"
 
 
 def _angle(value: float, display: Display, degrees: str) -> str:
-    """Return an angle without its unit; ``degrees`` is the format of degrees."""
+    """Return an angle [rad] as text without its unit; ``degrees`` is the format if in degrees."""
     unit = display.of(ANGLE)
     return f"{value * unit.factor:{degrees if unit.text == 'deg' else '.4g'}}"
 
 
 def _unit(display: Display) -> str:
+    """Return the displayed unit of angles."""
     return display.of(ANGLE).text
 
 
 def seconds_text(value: float | None) -> str:
-    """Return a time in hundredths of a second."""
+    """Return a time [s] as text, to hundredths; a dash for None."""
     return NOTHING if value is None else f"{value:.2f} s"
 
 
 def in_band_text(
     time: float | None, band: float, span: tuple[float, float], display: Display
 ) -> str:
-    """Return the time from which the whirl stays in its band as text."""
+    """Return the time from which the whirl stays in its band as text.
+
+    Args:
+        time: the time [s]; None if the whirl leaves the band at the end.
+        band: half-width of the band [m].
+        span: smallest and largest whirl over the last stretch [m], shown without a time.
+        display: units for display.
+    """
     if time is not None:
         return f"+-{band * display.factor:.2g} {display.unit} from {time:.2f} s"
     least, most = (whirl * display.factor for whirl in span)
@@ -109,7 +129,7 @@ def angles_text(
     circulating: Circulation | None,
     display: Display = DEFAULT_UNITS,
 ) -> str:
-    """Return the final ball angles as text."""
+    """Return the final ball angles [rad] as text, a dash for each ball that circulates."""
     if not angles:
         return NOTHING
     round_ = () if circulating is None else circulating.balls

@@ -50,12 +50,15 @@ class _PreparedGroup:
         self.first, self._runs = runs[0], runs
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
+        """Return the start data of the runs at these rows."""
         return LaneStarts.of([self._runs[row] for row in rows])
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        """Return the step plan key of each of these runs."""
         return [self._runs[row].step_plan_key for row in rows]
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
+        """Return the data of these runs that metrics need."""
         return JudgedRuns([self._runs[row].scene for row in rows], self.first.steps)
 
 
@@ -87,7 +90,9 @@ def judged_parts(
 def _in_lanes(
     source: RunColumns | _PreparedGroup, rows: np.ndarray, numbers: np.ndarray, keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
-    """Compute the runs of a group side by side.
+    """Compute the runs of a group side by side, and yield their metrics in parts.
+
+    Samples are evaluated while they are in memory, and the memory is reused for the next part.
 
     Args:
         source: source of these runs.
@@ -97,27 +102,27 @@ def _in_lanes(
     """
     first = source.first
     lane_group, most = LaneGroup(first, 1), _at_once(first)
-    room = _Room(first, min(most, len(rows) + LANES))
+    memory = _SampleMemory(first, min(most, len(rows) + LANES))
     for begin in range(0, len(rows), most):
-        which, seconds = rows[begin : begin + most], 0.0
-        starts, sound = source.starts(which), np.zeros(len(which), int)
-        for at in range(0, len(which), LANES):
-            eight = slice(at, min(at + LANES, len(which)))
-            keys_of_eight = source.step_plan_keys(which[eight])
-            steps, spent = lane_group.run(starts.rows(eight), keys_of_eight, room.eight(at))
-            sound[eight], seconds = steps[: eight.stop - at], seconds + spent
-            room.look(at)
-        failures = [first.failure_after(steps) for steps in sound.tolist()]
-        good = np.flatnonzero(sound >= first.steps)
-        runs, kept = source.judged(which[good]), room.of(good)
+        part, seconds = rows[begin : begin + most], 0.0
+        starts, finite_steps = source.starts(part), np.zeros(len(part), int)
+        for place in range(0, len(part), LANES):
+            eight = slice(place, min(place + LANES, len(part)))
+            keys_of_eight = source.step_plan_keys(part[eight])
+            steps, spent = lane_group.run(starts.rows(eight), keys_of_eight, memory.eight(place))
+            finite_steps[eight], seconds = steps[: eight.stop - place], seconds + spent
+            memory.compute_whirl(place)
+        failures = [first.failure_after(steps) for steps in finite_steps.tolist()]
+        complete = np.flatnonzero(finite_steps >= first.steps)
+        runs, kept = source.judged(part[complete]), memory.of(complete)
         metrics = _reported(runs, first.channels, keys, *kept)
-        spread = {key: _spread(values, good, len(which)) for key, values in metrics.items()}
+        spread = {key: _spread(values, complete, len(part)) for key, values in metrics.items()}
         yield JudgedPart(
             numbers[begin : begin + most], spread, failures, [""] * len(failures), True, seconds
         )
 
 
-class _Room:
+class _SampleMemory:
     """Memory for samples and whirl of runs, reused for later runs.
 
     Args:
@@ -134,19 +139,27 @@ class _Room:
         self._x, self._y = (self._lines[:, column_of(axis, channels), :steps] for axis in "xy")
         self._whirl = None if "z" in channels else np.empty((runs, steps))
 
-    def eight(self, at: int) -> LaneSamples:
-        """Return the memory for the samples of eight runs."""
-        return LaneSamples.by_channel(self._lines[at : at + LANES])
+    def eight(self, place: int) -> LaneSamples:
+        """Return the memory for the samples of eight runs, the first of them at ``place``."""
+        return LaneSamples.by_channel(self._lines[place : place + LANES])
 
-    def look(self, at: int) -> None:
-        """Compute the whirl of eight runs while their samples are in the cache."""
-        eight = slice(at, at + LANES)
+    def compute_whirl(self, place: int) -> None:
+        """Compute the whirl of eight runs from ``place`` on, while the cache has their samples."""
+        eight = slice(place, place + LANES)
         if self._whirl is not None:
             with np.errstate(all="ignore"):  # some runs may have diverged
                 self._whirl[eight] = whirl_of(self._x[eight], self._y[eight])
 
     def of(self, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return samples (runs, samples, channels) and whirl of runs in rising order."""
+        """Return the samples of runs, shape (runs, samples, channels), and their whirl [m].
+
+        Args:
+            runs: places of the runs, rising.
+
+        Returns:
+            The whirl has shape (runs, samples); it is None for a deck in space.
+        """
+        # A slice is a view of the samples, while an array of indices would copy them.
         all_first = len(runs) == 0 or len(runs) == runs[-1] + 1
         which = slice(0, len(runs)) if all_first else runs
         return self._samples[which], None if self._whirl is None else self._whirl[which]
@@ -155,7 +168,11 @@ class _Room:
 def _with_metrics(
     prepared: Sequence[PreparedRun], keys: Sequence[str]
 ) -> Iterator[tuple[list[int], DoneRuns, dict[str, list[Any]]]]:
-    """Yield the indices of some runs of one group, the runs with every step, and their metrics."""
+    """Run prepared runs in parts that fit into memory, with every step.
+
+    Yields:
+        The indices of some runs of one group, these runs, and their metrics by key.
+    """
     for members in grouped(prepared).values():
         most = _at_once(prepared[members[0]])
         for begin in range(0, len(members), most):
@@ -183,11 +200,11 @@ def run_and_judge(
     metrics: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
     seconds, done, in_lanes = 0.0, 0, 0
     for chosen, part, values in _with_metrics(prepared, keys):
-        for at, i in enumerate(chosen):
-            run = part.runs[at]
+        for place, i in enumerate(chosen):
+            run = part.runs[place]
             runs[i] = run._replace(trajectory=run.trajectory.decimated(every))
             for key in keys:
-                metrics[key][i] = values[key][at]
+                metrics[key][i] = values[key][place]
         seconds, done = seconds + part.integration_seconds, done + len(chosen)
         in_lanes += part.in_lanes
         if progress is not None:
@@ -197,19 +214,20 @@ def run_and_judge(
 
 def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:
     """Return metrics of runs of one group from their samples; None for failed runs."""
-    good = [at for at, run in enumerate(runs) if not run.failure]
+    complete = [k for k, run in enumerate(runs) if not run.failure]
     columns: dict[str, list[Any]] = {key: [] for key in keys}
-    largest = max((runs[at].trajectory.samples.size for at in good), default=1)
+    largest = max((runs[k].trajectory.samples.size for k in complete), default=1)
     runs_at_once = max(1, _COPIED_AT_ONCE // largest)
-    for begin in range(0, len(good), runs_at_once):
-        some = [runs[at] for at in good[begin : begin + runs_at_once]]
+    for begin in range(0, len(complete), runs_at_once):
+        some = [runs[k] for k in complete[begin : begin + runs_at_once]]
         paths = [run.trajectory for run in some]
         judged = JudgedRuns([run.scene for run in some], len(paths[0]))
         alone = len(paths) == 1
         samples = paths[0].samples[None] if alone else np.stack([p.samples for p in paths])
         for key, values in _reported(judged, paths[0].channels, keys, samples).items():
             columns[key] += values
-    return {key: _spread(values, np.array(good, int), len(runs)) for key, values in columns.items()}
+    places = np.array(complete, int)
+    return {key: _spread(values, places, len(runs)) for key, values in columns.items()}
 
 
 def _reported(
@@ -219,7 +237,7 @@ def _reported(
     samples: np.ndarray,
     whirl: np.ndarray | None = None,
 ) -> dict[str, list[Any]]:
-    """Return metrics by key, in the units of reports."""
+    """Return metrics of runs by key, in the units of reports; arguments as ``metrics_of_runs``."""
     if not len(runs):
         return {key: [] for key in keys}
     metrics = metrics_of_runs(runs, channels, samples, keys, whirl)

@@ -75,6 +75,7 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
 
 
 def _place(step_range: StepRange, same_type: bool) -> ActiveSegment:
+    """Return the segment of a step range for the kernel, in a common type if types differ."""
     place = active_segment(step_range.scheduled)
     return place if same_type else place._replace(segment=RampAndCosine.of(place.segment))
 
@@ -82,9 +83,9 @@ def _place(step_range: StepRange, same_type: bool) -> ActiveSegment:
 def _ranges_between_cuts(
     step_plans: Sequence[Sequence[StepRange]],
 ) -> Iterator[list[list[StepRange]]]:
-    """Yield, for each interval between cuts, the step ranges of each run.
+    """Yield, for each interval between the cuts of all runs, the step ranges of each run.
 
-    These are whole steps, or parts of one step.
+    The ranges of a run in an interval are whole steps, or all parts of a single step.
     """
     grouped = [
         [
@@ -109,9 +110,14 @@ def _ranges_between_cuts(
 def _plan_rows(
     ranges: list[list[StepRange]], step: float
 ) -> Iterator[tuple[int, bool, list[StepRange]]]:
-    """Yield rows of a plan.
+    """Yield the rows of a plan for one interval between cuts.
 
-    Each row has the number of steps, whether they end in this row, and the step range of each run.
+    Args:
+        ranges: step ranges of each run in the interval.
+        step: length of a step [s].
+
+    Yields:
+        Number of steps, whether the steps end with this row, and the step range of each run.
     """
     most = max(len(parts) for parts in ranges)
     for k in range(most):
@@ -155,6 +161,7 @@ class LaneStarts(NamedTuple):
 
 
 def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
+    """Return the fields of ``LaneStarts`` for one run."""
     system = run.system
     return (
         run.numbers,
@@ -169,6 +176,7 @@ class _Work(NamedTuple):
     """Work arrays of eight runs along one kind of segment."""
 
     lanes: LaneRuns | TaylorRuns
+    """Work arrays of the lanes."""
     alone: tuple[Run, ...]
     """Separate work for each run if the scene has events; otherwise empty."""
     advance: BoundFunction
@@ -187,7 +195,8 @@ class LaneGroup:
 
     def __init__(self, first: PreparedRun, every: int) -> None:
         self._first, self._every = first, every
-        self._made: dict[type, _Work] = {}
+        self._works: dict[type, _Work] = {}
+        """Work arrays by type of segment; each type has its own machine code."""
 
     def run(
         self, starts: LaneStarts, keys: Sequence[StepPlanKey], samples: LaneSamples
@@ -203,16 +212,16 @@ class LaneGroup:
             Number of finite steps of each run, shape (8,), and CPU time [s].
         """
         kind, plan = _plan(tuple(keys), self._first.steps)
-        if kind not in self._made:
-            self._made[kind] = self._work(kind)
-        work = self._made[kind]
+        if kind not in self._works:
+            self._works[kind] = self._work(kind)
+        work = self._works[kind]
         _begin(work, starts)
         begin = time.thread_time()
         work.advance(plan, samples)
         return work.lanes.sound, time.thread_time() - begin
 
     def _work(self, kind: type) -> _Work:
-        """Return work arrays without start data."""
+        """Return the work arrays for a type of segment, without start data."""
         system, weights = self._first.system, self._first.stepper.weights
         code = code_of(system, kind)
         if isinstance(weights, TaylorParameters):
@@ -230,23 +239,30 @@ class LaneGroup:
         return _Work(lanes, alone, advance.bind(over_events), code)
 
     def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
+        """Return the work of lanes that leave a step with an event to single runs.
+
+        Args:
+            lanes: work arrays of the lanes.
+            code: machine code of the group.
+            alone: work of the single runs.
+        """
         contact, table = code.model.has_contact, alone[0].balls.table
         return LanesOverEvents(
             lanes,
             has_contact=contact,
             event_test=0 if contact else event_test_address(code, LANES),
-            seen=_room(size_of_seen(code)),
+            seen=_lane_array(size_of_seen(code)),
             evaluate=code.address("evaluate", LANES) if contact else 0,
-            x=_room(len(alone[0].balls.x)),
-            motor=_room(len(alone[0].balls.motor)),
-            table=_room(table.size).reshape(*table.shape, LANES),
+            x=_lane_array(len(alone[0].balls.x)),
+            motor=_lane_array(len(alone[0].balls.motor)),
+            table=_lane_array(table.size).reshape(*table.shape, LANES),
             suspected=np.zeros(LANES),
             took_alone=np.zeros(LANES),
             one=alone,
         )
 
     def _alone(self, code: Code) -> Run:
-        """Return the work of a single run."""
+        """Return the work of a single run, for steps with events."""
         first = self._first
         states, system = layout_of(first.system).size, first.system
         system_here = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
@@ -261,6 +277,7 @@ class LaneGroup:
         )
 
     def _lanes(self, code: Code) -> LaneRuns:
+        """Return the work arrays of eight lanes."""
         first = self._first
         layout, n = layout_of(first.system), first.balls
         quaternion = type(first.system.deck_model).UNIT_AT
@@ -270,29 +287,30 @@ class LaneGroup:
             step=code.step(first.stepper.weights, LANES, first.stepper.parts),
             settle=settle_address(code, layout, quaternion, LANES),
             finish=code.address("finish", LANES),
-            c=_room(code.size),
-            b=_room(code.branches()),
+            c=_lane_array(code.size),
+            b=_lane_array(code.branches()),
             place=code.layout.place,
             step_length=first.scene.solver.step,
             every=self._every,
-            bounds=_room(layout.size),
-            state=_room(layout.size),
-            turns=_room(n + code.model.has_motor),
-            status=_room(2),
+            bounds=_lane_array(layout.size),
+            state=_lane_array(layout.size),
+            turns=_lane_array(n + code.model.has_motor),
+            status=_lane_array(2),
             sound=np.zeros(LANES),
-            slopes=_room(layout.size),
-            trial=_room(layout.size),
-            row=_room(code.emission.row_channels),
-            times=_room(4),
+            slopes=_lane_array(layout.size),
+            trial=_lane_array(layout.size),
+            row=_lane_array(code.emission.row_channels),
+            times=_lane_array(4),
         )
 
 
-def _room(lines: int) -> np.ndarray:
+def _lane_array(lines: int) -> np.ndarray:
+    """Return zeros for eight lanes, shape (lines, lanes)."""
     return stacked([np.zeros(lines)] * LANES)
 
 
 def _begin(work: _Work, starts: LaneStarts) -> None:
-    """Copy start data of runs into work arrays."""
+    """Copy start data of runs into work arrays; unused lanes repeat the last run."""
     lanes, count = work.lanes, len(starts.constants)
     turns = starts.discrete[:, : len(lanes.turns), TURNS]
     places = lanes.c[: lanes.place], lanes.bounds, lanes.state, lanes.turns

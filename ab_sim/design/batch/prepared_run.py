@@ -25,6 +25,7 @@ class BatchRun(NamedTuple):
     """Finished run of a batch."""
 
     scene: Scene
+    """Scene of the run."""
     trajectory: Trajectory
     """Every ``every``-th step; if the run diverged, up to the last finite one.
 
@@ -40,10 +41,12 @@ class StepPlanKey(NamedTuple):
     """Inputs of a step plan: runs with equal keys have the same step ranges."""
 
     scheduled_segments: tuple[ScheduledSegment, ...]
+    """Segments of the speed schedule."""
     grid: StepResolution
+    """Step, and the cycle that limits it along curved segments."""
 
     def step_ranges(self, steps: int) -> list[StepRange]:
-        """Return the step ranges of a number of steps from the start."""
+        """Return the step ranges of the first ``steps`` steps."""
         return list(
             step_ranges(SpeedSchedule.of_scheduled(self.scheduled_segments), self.grid, 0, steps)
         )
@@ -56,7 +59,9 @@ class _StepperRequest:
     by: Any
     """Numbers and settings that determine the choice; the only ones that are compared."""
     scene: Scene = field(compare=False)
+    """Scene for the choice."""
     system: System = field(compare=False)
+    """System of the scene."""
 
 
 @functools.lru_cache(maxsize=64)
@@ -149,10 +154,10 @@ class PreparedRun:
 
 
 def grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
-    """Return the indices of runs by group."""
+    """Return the indices of runs by ``group_key``, in the order of the runs."""
     groups: dict[Any, list[int]] = {}
-    for i, one in enumerate(prepared):
-        groups.setdefault(one.group_key, []).append(i)
+    for i, run in enumerate(prepared):
+        groups.setdefault(run.group_key, []).append(i)
     return groups
 
 

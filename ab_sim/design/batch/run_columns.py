@@ -39,6 +39,7 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 _ANGLES = "start.ball_angles"
+"""Key of the start angles, the only one with a list per run."""
 _FAR_FROM_LIMIT, _BELOW_LIMIT = 0.8, 0.98
 """Fractions of a stepper's stability limit up to which a run is certainly stable.
 
@@ -70,7 +71,7 @@ class RunColumns:
         self._start = LaneStarts.of([base])
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
-        """Return the start data of some runs."""
+        """Return the start data of the runs with these indices."""
         starts = LaneStarts(*(np.repeat(start, len(rows), axis=0) for start in self._start))
         if _ANGLES in self._values:
             angles = layout_of(self.first.system).angles
@@ -83,12 +84,16 @@ class RunColumns:
         return [self.first.step_plan_key]
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """Return the data of some runs that metrics need."""
+        """Return the data that metrics need of the runs with these indices."""
         scenes = _LazyScenes(self.first.scene, self._values, rows)
         return JudgedRuns(scenes, self.first.steps, self._numbers(rows))
 
     def _constants(self, rows: np.ndarray) -> np.ndarray:
-        """Return the constants as in ``numbers_of``, shape (rows, constants)."""
+        """Return the kernel's constants of runs, see ``numbers_of``; shape (rows, constants).
+
+        They are computed from a scene whose varied numbers are columns. Numbers that do not vary
+        are copied from the base run.
+        """
         system, scene = self.first.system, _scene_of_columns(self.first.scene, self._values, rows)
         effects = tuple(scene.effects.values())
         constants = np.tile(numbers_of(system), (len(rows), 1))
@@ -110,6 +115,7 @@ class RunColumns:
         return constants
 
     def _numbers(self, rows: np.ndarray) -> RunNumbers:
+        """Return the scene values of runs that metrics use, from a scene of columns."""
         numbers = RunNumbers.of([_scene_of_columns(self.first.scene, self._values, rows)])
         of_balls, balls = ("moments", "heights", "start_angles"), self.first.balls
 
@@ -124,7 +130,13 @@ class RunColumns:
 
 
 class _LazyScenes(Sequence[Scene]):
-    """Scenes of some runs, created on access."""
+    """Scenes of some runs, created on access.
+
+    Args:
+        base: scene without variations.
+        values: column per key, see ``RunColumns``.
+        rows: indices of the runs.
+    """
 
     def __init__(self, base: Scene, values: Mapping[str, np.ndarray], rows: np.ndarray) -> None:
         self._base, self._values, self._rows = base, values, rows
@@ -181,6 +193,7 @@ def columns_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> RunColumns 
 
 
 def _can_vary(base: PreparedRun) -> bool:
+    """Return whether runs of a scene can be computed in columns; see ``columns_of``."""
     scene = base.scene
     effects = base.system.effects
     if not isinstance(base.system.deck_model, Planar) or has_gravity(effects):
@@ -197,7 +210,12 @@ def _can_vary(base: PreparedRun) -> bool:
 
 
 def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:
-    """Return values of a key, NaN if not allowed; None for a key of another kind."""
+    """Return the values of a key as a column, NaN if not allowed.
+
+    Returns:
+        Column, shape (runs,), or (runs, balls) for start angles; None for a key that cannot be a
+        column.
+    """
     bounds, balls = bounds_at(scene, key), scene.balls.count
     if bounds is None or key == _ANGLES and balls == 0:
         return None
@@ -216,6 +234,7 @@ def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:
 
 
 def _number(value: Any) -> float:
+    """Return a plain number as a float; NaN for any other value."""
     return float(value) if type(value) in (float, int) and abs(value) < 1e300 else math.nan
 
 
@@ -237,7 +256,7 @@ def _scene_of_columns(scene: Scene, columns: Mapping[str, np.ndarray], rows: np.
 
 
 def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return columns of a section's keys, by the rest of the key."""
+    """Return the columns of a section's keys, by the key within the section."""
     return {
         key.removeprefix(f"{section}."): column
         for key, column in columns.items()
@@ -246,7 +265,16 @@ def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np
 
 
 def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-    """Return a mask of runs that are certainly valid with the scene's stepper."""
+    """Return a mask of runs that are certainly valid and stable with the scene's stepper.
+
+    Args:
+        base: prepared run without variations.
+        columns: column per key.
+        count: number of runs.
+
+    Returns:
+        Booleans, shape (count,). Other runs may be valid, too; their scenes decide.
+    """
     sure = np.empty(count, bool)
     for first in range(0, count, _CHECKED_AT_ONCE):
         rows = np.arange(first, min(first + _CHECKED_AT_ONCE, count))
@@ -256,7 +284,10 @@ def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], count: int) -> n
 
 
 def _sound(scene: Scene) -> Any:
-    """Return whether sections of a scene of columns agree with each other."""
+    """Return a mask of runs whose sections agree with each other, from a scene of columns.
+
+    The conditions are those of the scene's own checks.
+    """
     e, rest = np.asarray(scene.rotor.eccentricity), scene.total_mass - scene.balls.total_mass
     ball_radius = scene.balls.radius
     largest = max(ball_radius) if isinstance(ball_radius, tuple) else ball_radius
@@ -265,7 +296,10 @@ def _sound(scene: Scene) -> Any:
 
 
 def _stable(scene: Scene, base: PreparedRun) -> Any:
-    """Return whether the stepper is certainly stable, as ``choose_stepper`` requires."""
+    """Return a mask of runs for which the stepper is certainly stable, from a scene of columns.
+
+    ``choose_stepper`` would accept these runs without another division of the step.
+    """
     effects, step, stepper = tuple(scene.effects.values()), scene.solver.step, base.stepper
     rest = scene.total_mass - scene.balls.total_mass
     poles = poles_of(effects, _deck(scene, base), rest)
@@ -308,8 +342,12 @@ def _reach(stepper: Stepper) -> float:
 
 
 def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Apply ``neighbours.reduced`` to many angles."""
+    """Return angles reduced to one turn [rad], and the removed turns; see ``neighbours.reduced``.
+
+    Angles are reduced one by one, because NumPy's sine may differ from the C library's in the last
+    bit.
+    """
     within, turns = angles.copy(), np.zeros(angles.shape)
-    for at in zip(*np.nonzero(np.abs(angles) > math.pi), strict=True):
-        within[at], turns[at] = reduced(float(angles[at]))
+    for index in zip(*np.nonzero(np.abs(angles) > math.pi), strict=True):
+        within[index], turns[index] = reduced(float(angles[index]))
     return within, turns

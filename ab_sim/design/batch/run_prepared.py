@@ -40,7 +40,15 @@ class SampleBuffer:
 
 
 def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
-    """Run each member in a Drive, keeping every ``every``-th step; return runs and CPU time [s]."""
+    """Run each member in a Drive.
+
+    Args:
+        members: prepared runs.
+        every: keep every ``every``-th step.
+
+    Returns:
+        The finished runs, and the CPU time of their steps [s].
+    """
     runs, seconds = [], 0.0
     for member in members:
         drive, failure = Drive(member.scene), ""
@@ -63,8 +71,11 @@ class DoneRuns(NamedTuple):
     """Finished runs; see ``Batch``."""
 
     runs: tuple[BatchRun, ...]
+    """Runs in the order requested."""
     in_lanes: int
+    """Number of runs computed in lanes."""
     integration_seconds: float
+    """CPU time of the steps of all runs [s]."""
 
 
 def run_prepared(

@@ -45,6 +45,7 @@ def values_of_runs(variations: Variations) -> Sequence[Mapping[str, object]]:
 
 
 def _is_array(column: object) -> bool:
+    """Return whether a column is an array with one entry per run."""
     return isinstance(column, np.ndarray) and column.ndim > 0
 
 
@@ -185,6 +186,7 @@ class Batch(Presented):
 
 
 def _last(values: np.ndarray) -> float:
+    """Return the last value; NaN if there is none."""
     return float(values[-1]) if len(values) else math.nan
 
 
@@ -339,6 +341,7 @@ def _fill_in(
 
 
 def _check_every(every: int, keep: bool) -> None:
+    """Refuse an ``every`` that is no number of steps, or that has no samples to select."""
     if not isinstance(every, int) or every < 1:
         raise InputError(f"every = {short(every)}: must be a whole number, at least 1")
     if every > 1 and not keep:
@@ -349,6 +352,7 @@ def _check_every(every: int, keep: bool) -> None:
 
 
 def _prepared(scene: Scene, number: int) -> PreparedRun:
+    """Return a prepared run; an error contains the number of its variation."""
     try:
         return PreparedRun(scene)
     except SceneError as error:
@@ -356,6 +360,13 @@ def _prepared(scene: Scene, number: int) -> PreparedRun:
 
 
 def _check_room(scenes: Sequence[Scene], every: int, keep: bool = True) -> None:
+    """Refuse a batch whose samples need too much memory, before anything runs.
+
+    Args:
+        scenes: scenes of the runs, with known steps.
+        every: number of steps between kept samples.
+        keep: whether samples are kept; otherwise only eight runs need memory at a time.
+    """
     fewest = min(map(steps_of, scenes), default=every)
     if every > fewest:
         raise InputError(

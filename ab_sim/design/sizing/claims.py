@@ -28,6 +28,7 @@ TURN_OF_A_STEP = 0.2
 RESTITUTION = 0.5
 """Restitution coefficient of colliding balls."""
 NAME = "sized"
+"""Name of the sized scene."""
 
 
 class Hold(NamedTuple):
@@ -116,6 +117,7 @@ def step_at(speed: float) -> float:
 
 
 GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
+"""Metrics from which claims are judged."""
 GRADE_UNIT = 1e3
 """Factor from m/s to the metric's unit, mm/s."""
 
@@ -128,8 +130,9 @@ class SpreadRuns(NamedTuple):
     circulating: int
     """Number of runs that end with circulating balls."""
     failed: int
+    """Number of failed runs."""
     failure: str | None
-    """Error message of the first failed run."""
+    """Error message of the first failed run; None if no run failed."""
     peak_whirl: float
     """Median of the largest whirl during the start-up [m]."""
 
@@ -142,10 +145,13 @@ class Running(NamedTuple):
     """Number of runs, their seed, and how they are executed."""
 
     runs: int
+    """Number of runs of a design."""
     seed: int
+    """Seed of the draws."""
     executor: Executor
     """Executor of the runs, entered by ``run_sizing``."""
     tell: Progress | None
+    """Progress callback; None for none."""
 
     def at_stage(self, name: str) -> "Running":
         """Return these settings with a stage's name in front of each progress message."""
@@ -212,6 +218,7 @@ BESIDE = 0.05
 FAR = 10.0
 """Drag, as a multiple of the window's highest, at which too few drives must balance in time."""
 SAME_SPEED = 0.03
+"""Largest relative difference from the bunch's speed at which a ball still circulates in it."""
 NEARER = 4
 """Number of times a window's end is moved half-way to the chosen drag."""
 FAR_ABOVE, BY_RUNS = "far above", ", by runs"
@@ -222,8 +229,11 @@ class SizingClaim(NamedTuple):
     """Claim of a sizing, with the result of runs."""
 
     claim: str
+    """Claim in words, without the predicted value."""
     predicted: str
+    """Predicted value, as text."""
     seen: str
+    """Result of the runs, as text."""
     verdict: str
     """Verdict: holds, contradicted, or undecided if the runs are too few."""
 
@@ -236,6 +246,7 @@ class DragRuns(NamedTuple):
     predicted: float
     """Predicted share of drives balanced in time."""
     runs: SpreadRuns
+    """Runs at this drag."""
 
     def report(self) -> dict[str, Any]:
         """Return the runs as JSON-able values."""
@@ -243,7 +254,14 @@ class DragRuns(NamedTuple):
 
 
 def share_claim(text: str, runs: SpreadRuns, wanted: float, at_least: bool = True) -> SizingClaim:
-    """Test the claim that a share is at least, or below, the required one, by its interval."""
+    """Test a claim on the share of balanced drives by its confidence interval.
+
+    Args:
+        text: claim in words.
+        runs: runs of a design over its spread.
+        wanted: required share, 0 to 1.
+        at_least: True for the claim that the share is at least ``wanted``, False for below.
+    """
     share = runs.share
     above, below = share.low >= wanted, share.high < wanted
     if above or below:
@@ -260,7 +278,8 @@ def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingCl
     assert balls is not None and drag is not None
     scene = scene_of(balls, specification, drag)
     light = TOO_LIGHT * specification.largest_unbalance / balls.moment * balls.mass
-    # The settling time grows with the inverse square of the ball mass.
+    # The settling time grows with the inverse square of the ball mass: light balls feel less force
+    # and cause less whirl. Run long enough for them.
     longer = scene.duration + 3.0 * specification.settle * (balls.mass / light) ** 2
     lighter = changed_scene(scene, {"balls.mass": light, "duration": longer}, scene.name)
     run = simulate_batch(lighter, [{}]).runs[0]
@@ -320,6 +339,8 @@ def bunch_stays(scene: Scene, speed: float, border: float) -> bool | None:
         bunch = stalled(numbers._replace(drag=border), speed, numbers.balls)
     if bunch is None:
         return None
+    # Start near the bunch. Small disturbances of the angles let an unstable bunch separate, which
+    # equal balls at one place never would.
     state = state_of_bunch(resting_system(held), bunch)
     n = numbers.balls
     state[4 : 4 + n] += 1e-2 * np.random.default_rng(0).normal(size=n)
@@ -343,14 +364,18 @@ def window_runs(
     Args:
         sized: balls with a drag window.
         specification, running: see ``run_share``.
-        predict: function that returns the predicted share at a drag.
+        predict: function that returns the predicted share at a drag [N s/m].
+
+    Returns:
+        Runs by the name of the drag: ``lowest``, ``highest`` and ``FAR_ABOVE``, and corrected ends
+        with the suffix ``BY_RUNS``.
     """
     balls, window = sized.balls, sized.window
     assert balls is not None and window is not None
     drags = {"lowest": window.low, "highest": window.high, FAR_ABOVE: FAR * window.high}
     runs_by_name = {}
 
-    def look(name: str, drag: float) -> SpreadRuns:
+    def run_at(name: str, drag: float) -> SpreadRuns:
         scene = with_contact(scene_of(balls, specification, drag))
         stage = running.at_stage(f"drag {name}, {drag:.3g} N s/m")
         runs = run_share(scene, specification, stage, drag_too=False)
@@ -358,12 +383,12 @@ def window_runs(
         return runs
 
     for name, drag in drags.items():
-        runs = look(name, drag)
+        runs = run_at(name, drag)
         if name == FAR_ABOVE or runs.share.high >= specification.share:
             continue
         for _ in range(NEARER):
             drag = math.sqrt(drag * float(sized.drag or drag))
-            if look(name + BY_RUNS, drag).share.value >= specification.share:
+            if run_at(name + BY_RUNS, drag).share.value >= specification.share:
                 break
         else:
             del runs_by_name[name + BY_RUNS]

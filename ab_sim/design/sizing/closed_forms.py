@@ -49,6 +49,7 @@ class FittingBalls:
     """Equal balls on a race."""
 
     count: int
+    """Number of balls n."""
     mass: float
     """Mass m of one ball [kg]."""
     radius: float
@@ -74,7 +75,7 @@ class FittingBalls:
 
 
 def balls_of(count: int, mass: float, specification: DriveSpecification) -> FittingBalls:
-    """Return balls of a mass [kg] on the race, without a check that they fit."""
+    """Return ``count`` balls of a mass [kg] each on the race, without a check that they fit."""
     radius = ball_radius(mass, specification.density)
     return FittingBalls(count, mass, radius, specification.race_radius - radius)
 
@@ -85,7 +86,10 @@ def ball_radius(mass: float, density: float) -> float:
 
 
 def largest_ball(count: int, specification: DriveSpecification) -> float:
-    """Return the mass of the largest balls that fit the race's width and circumference [kg]."""
+    """Return the mass of one of ``count`` balls that just fit the race [kg].
+
+    The race's width or its circumference limits their size.
+    """
     sine = math.sin(math.pi / count)
     around = specification.race_radius * sine / (1.0 + sine)
     radius = min(0.5 * specification.race_width, around)
@@ -104,19 +108,19 @@ def least_mass(count: int, unbalance: float, specification: DriveSpecification) 
     """
     most = largest_ball(count, specification)
 
-    def missed(mass: float) -> float:
+    def excess(mass: float) -> float:
         return balls_of(count, mass, specification).in_a_row / unbalance - 1.0
 
     # The moment rises with the mass, but may fall again when a row of large balls covers half the
     # race: take the first crossing.
     masses = np.geomspace(LIGHTEST * most, most, LOOKS)
-    enough = [k for k, mass in enumerate(masses.tolist()) if missed(mass) >= 0.0]
+    enough = [k for k, mass in enumerate(masses.tolist()) if excess(mass) >= 0.0]
     if not enough:
         return None
     if enough[0] == 0:
         return float(masses[0])
     low, high = float(masses[enough[0] - 1]), float(masses[enough[0]])
-    return float(brentq(missed, low, high, xtol=1e-14 * most, rtol=1e-13))
+    return float(brentq(excess, low, high, xtol=1e-14 * most, rtol=1e-13))
 
 
 LEAVING = 1.0
@@ -127,6 +131,7 @@ Below the critical speed balls gather on that side.
 DRAWS = 64
 """Number of rotors and positions for a share."""
 STEPS = 200
+"""Number of steps from a random start to a balanced position."""
 _FARTHEST = 0.3
 """Largest change of a ball angle in a step [rad]."""
 
@@ -173,14 +178,16 @@ def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> B
     draw = np.random.default_rng(balls.count)
     theta = draw.uniform(-math.pi, math.pi, (DRAWS, balls.count))
     moment = balls.mass * balls.path_radius
+    # Damped Gauss-Newton (Levenberg 1944): the small multiple of the identity bounds the step where
+    # all balls are nearly on one line and the two equations depend on each other.
     small = 1e-3 * balls.count * moment**2 * np.eye(2)
     for _ in range(STEPS):
-        reach = moment * np.exp(1j * theta)
-        residual = reach.sum(axis=1) + unbalances
-        ways = np.stack([-reach.imag, reach.real], axis=1)
-        square = ways @ ways.transpose(0, 2, 1) + small
+        vectors = moment * np.exp(1j * theta)
+        residual = vectors.sum(axis=1) + unbalances
+        jacobian = np.stack([-vectors.imag, vectors.real], axis=1)
+        square = jacobian @ jacobian.transpose(0, 2, 1) + small
         wanted = np.stack([residual.real, residual.imag], axis=1)[..., np.newaxis]
-        step = (ways.transpose(0, 2, 1) @ np.linalg.solve(square, wanted))[..., 0]
+        step = (jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, wanted))[..., 0]
         longest = np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300)
         theta -= step * np.minimum(1.0, _FARTHEST / longest)
     return BalancedPlaces(unbalances, np.abs(np.exp(2j * theta).mean(axis=1)))
@@ -197,8 +204,8 @@ def couplings(drive: BunchDrive, rhos: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(squares, 0.0))
 
 
-def largest_growth(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray:
-    """Return the largest growth rate [1/s] at balanced positions.
+def largest_growth(drive: BunchDrive, speed: float, coupling: np.ndarray) -> np.ndarray:
+    """Return the largest growth rate at balanced positions [1/s], shape (positions,).
 
     Structural zeros of three or more balls are left out, because nothing moves along a continuum of
     balanced positions.
@@ -206,12 +213,13 @@ def largest_growth(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndar
     Args:
         drive: parameters of the drive.
         speed: spindle speed w [rad/s].
-        felt: couplings of the balls' two motions, see ``couplings``, shape (positions, 2).
+        coupling: couplings of the balls' two motions, see ``couplings``, shape (positions, 2).
     """
     mass, m, w = drive.mass, drive.ball_mass, speed
     one, turn = np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])
-    S = felt[..., np.newaxis] * one
-    second, first, none = (np.zeros((*np.shape(felt)[:-1], 4, 4)) for _ in range(3))
+    S = coupling[..., np.newaxis] * one
+    # Matrices of d^2, d and 1 in the module's equations: two rows of the deck, two of the balls.
+    second, first, none = (np.zeros((*np.shape(coupling)[:-1], 4, 4)) for _ in range(3))
     second[..., :2, :2], second[..., 2:, 2:] = mass * one, drive.rolling_mass * one
     second[..., :2, 2:] = second[..., 2:, :2] = m * S
     first[..., :2, :2] = drive.damping * one + 2.0 * w * mass * turn
@@ -220,7 +228,7 @@ def largest_growth(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndar
     none[..., :2, :2] = (drive.stiffness - mass * w * w) * one + drive.damping * w * turn
     none[..., :2, 2:] = none[..., 2:, :2] = -m * w * w * S
     inverse = np.linalg.inv(second)
-    companion = np.zeros((*np.shape(felt)[:-1], 8, 8))
+    companion = np.zeros((*np.shape(coupling)[:-1], 8, 8))
     companion[..., :4, 4:] = np.eye(4)
     companion[..., 4:, :4], companion[..., 4:, 4:] = -inverse @ none, -inverse @ first
     growth: np.ndarray = np.linalg.eigvals(companion).real.max(axis=-1)
@@ -241,16 +249,18 @@ def settle_times(
         Times, shape (draws,); infinite if the balanced position is unstable.
     """
     speed = specification.speed
-    felt = couplings(drive, places.rhos)
-    rate = -largest_growth(drive, speed, felt)
-    firm = np.maximum(rate, 1e-12)
-    better = np.maximum(-largest_growth(drive, speed, felt[:, [0, 0]]), 1e-12)
+    coupling = couplings(drive, places.rhos)
+    rate = -largest_growth(drive, speed, coupling)
+    slow = np.maximum(rate, 1e-12)
+    fast = np.maximum(-largest_growth(drive, speed, coupling[:, [0, 0]]), 1e-12)
     moment, limit = drive.ball_mass * drive.radius, specification.limit
-    slip = drive.rolling_mass / drive.drag * np.log(np.maximum(speed / firm, 1.0))
-    folds = np.log(np.maximum((places.unbalances + drive.balls * moment) / limit, 1.0)) + LEAVING
-    a_radian = math.sqrt(drive.balls) * moment * felt[:, 1]
-    last = np.log(np.maximum(a_radian / limit, 1.0))
-    return np.where(rate > 0.0, slip + np.maximum(folds / better, last / firm), math.inf)
+    # Numbers of time constants: of the unbalance from its largest value, and of the slowest motion
+    # from one radian, each until the allowed residual.
+    slip = drive.rolling_mass / drive.drag * np.log(np.maximum(speed / slow, 1.0))
+    decay = np.log(np.maximum((places.unbalances + drive.balls * moment) / limit, 1.0)) + LEAVING
+    of_radian = math.sqrt(drive.balls) * moment * coupling[:, 1]
+    last = np.log(np.maximum(of_radian / limit, 1.0))
+    return np.where(rate > 0.0, slip + np.maximum(decay / fast, last / slow), math.inf)
 
 
 def stuck(balls: FittingBalls, specification: DriveSpecification) -> tuple[float, float]:

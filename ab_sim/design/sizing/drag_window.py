@@ -38,7 +38,9 @@ widest one, on a logarithmic scale.
 SPAN = 300.0
 """Largest ratio of a drag to the border in the search, both up and down."""
 LOOKS = 36
+"""Number of drags at which the share is computed."""
 BISECTIONS = 10
+"""Number of bisections of an end of the window."""
 LEAST_RATIO = 1.05
 """Least ratio of highest to lowest drag of a window."""
 
@@ -48,6 +50,7 @@ class DragWindow(NamedTuple):
 
     low: float
     high: float
+    """Limits of the window [N s/m], ``low`` and ``high``."""
     low_end: str
     """Reason of the lower limit: circulation, or too slow."""
 
@@ -64,16 +67,18 @@ class SizedBalls:
     balls: FittingBalls | None
     """Balls; None if none fit."""
     count: int
+    """Number of balls n."""
     heavier: float
     """Ball mass relative to the least mass that balances the largest unbalance."""
     border: float
     """Drag above which no bunch of all balls circulates at the running speed [N s/m]."""
     window: DragWindow | None
+    """Drags with which enough drives balance in time; None if there are none."""
     drag: float | None
     """Chosen drag [N s/m]: the geometric mean of the window's limits."""
     predicted: float
     """Predicted share of drives balanced in time at ``drag``; if it is None, the largest share."""
-    why_not: str | None
+    reason_unsuitable: str | None
     """Reason why the balls are unsuitable, and the remedy; None if they are suitable."""
 
     def report(self) -> dict[str, Any]:
@@ -92,7 +97,7 @@ class SizedBalls:
             "drag_low_end": None if window is None else window.low_end,
             "drag": self.drag,
             "predicted_share": self.predicted,
-            "why_not": self.why_not,
+            "reason_unsuitable": self.reason_unsuitable,
         }
 
 
@@ -157,6 +162,13 @@ def predicted_share(balls: FittingBalls, specification: DriveSpecification, drag
 def _with_window(
     balls: FittingBalls, factor: float, specification: DriveSpecification
 ) -> SizedBalls:
+    """Return balls with their drag window.
+
+    Args:
+        balls: balls on the race.
+        factor: their mass relative to the least mass that balances the largest unbalance.
+        specification: requirements.
+    """
     places = balanced_places(balls, specification)
     border = circulation_border(drive_of_balls(balls, specification, 1.0), specification.speed)
 
@@ -212,7 +224,14 @@ def _stretches(inside: np.ndarray) -> Iterator[tuple[int, int]]:
 
 
 def _edge(share: Callable[[float], float], wanted: float, inside: float, outside: float) -> float:
-    """Bisect between a drag with the wanted share and a drag without it."""
+    """Return the end of a window by bisection of the logarithm of the drag [N s/m].
+
+    Args:
+        share: function from a drag to the share balanced in time.
+        wanted: required share.
+        inside: drag with the required share [N s/m].
+        outside: drag without it [N s/m].
+    """
     for _ in range(BISECTIONS):
         middle = math.sqrt(inside * outside)
         if share(middle) >= wanted:
@@ -223,6 +242,7 @@ def _edge(share: Callable[[float], float], wanted: float, inside: float, outside
 
 
 def _too_large(count: int, specification: DriveSpecification) -> str:
+    """Return the reason for a number of balls that cannot balance the largest unbalance."""
     most = balls_of(count, largest_ball(count, specification), specification)
     return (
         f"the largest {count} balls that fit, {2e3 * most.radius:.3g} mm wide, balance "
@@ -232,6 +252,13 @@ def _too_large(count: int, specification: DriveSpecification) -> str:
 
 
 def _no_window(best: float, above: float, specification: DriveSpecification) -> str:
+    """Return the reason for balls without a drag window.
+
+    Args:
+        best: largest share at any drag.
+        above: largest share at drags without circulation.
+        specification: requirements.
+    """
     wanted = 100 * specification.share
     if best >= specification.share:
         return (

@@ -36,6 +36,7 @@ from ab_sim.scene.model import Scene
 RUNS = 400
 """Default number of runs of the chosen drive."""
 FEWEST, MOST = 20, 100_000
+"""Limits of the number of runs."""
 HOLD_LENGTHS = (0.1, 0.2, 0.4, 0.8)
 """Durations of a hold, relative to the settling time, shortest first."""
 HOLD_SPEEDS = (1.05, 1.2, 1.4)
@@ -54,6 +55,7 @@ class Sizing(Presented):
     _picture = "sizing"
 
     specification: DriveSpecification
+    """Requirements."""
     candidates: tuple[SizedBalls, ...]
     """Candidates, one per number of balls."""
     chosen: SizedBalls | None
@@ -130,7 +132,7 @@ class Sizing(Presented):
         units = {
             "balls": "1", "mass": "kg", "radius": "m", "balances": "kg m", "heavier": "1",
             "circulation_border": "N s/m", "drag_low": "N s/m", "drag_high": "N s/m",
-            "drag": "N s/m", "predicted_share": "1", "why_not": None,
+            "drag": "N s/m", "predicted_share": "1", "reason_unsuitable": None,
         }  # fmt: skip
         return {name: Column(unit, [row[name] for row in rows]) for name, unit in units.items()}
 
@@ -192,6 +194,14 @@ def _claims_of_shares(
     runs: tuple[SpreadRuns, SpreadRuns],
     at_drags: dict[str, DragRuns],
 ) -> Iterator[SizingClaim]:
+    """Yield the claims on shares of balanced drives and on circulating balls, with their verdicts.
+
+    Args:
+        specification: requirements.
+        hold: hold of the start-up; None if it needs none.
+        runs: runs of the chosen drive without a hold, and with ``hold``.
+        at_drags: runs at the ends of the drag window and above it, by name.
+    """
     wanted, (without, with_hold) = specification.share, runs
     if hold is None:
         text = f"without a hold, balanced {specification.settle:g} s after the speed is reached"
@@ -220,11 +230,16 @@ def _claims_of_shares(
 
 def _ranked(candidates: tuple[SizedBalls, ...]) -> list[SizedBalls]:
     """Return suitable candidates, the widest window first, as drag is the most uncertain value."""
-    suitable = [candidate for candidate in candidates if candidate.window and not candidate.why_not]
+    suitable = [
+        candidate
+        for candidate in candidates
+        if candidate.window and not candidate.reason_unsuitable
+    ]
     return sorted(suitable, key=lambda sized: -sized.window.ratio if sized.window else 0.0)
 
 
 def _holds(specification: DriveSpecification) -> Iterator[Hold]:
+    """Yield the holds that are tried, the shortest first, at speeds below the running speed."""
     for length in HOLD_LENGTHS:
         for factor in HOLD_SPEEDS:
             start = factor * specification.critical_speed
@@ -233,6 +248,7 @@ def _holds(specification: DriveSpecification) -> Iterator[Hold]:
 
 
 def _scene(sized: SizedBalls, hold: Hold | None, specification: DriveSpecification) -> Scene:
+    """Return the start-up scene of balls at their chosen drag, with colliding balls."""
     assert sized.balls is not None and sized.drag is not None
     return with_contact(scene_of(sized.balls, specification, sized.drag, hold))
 
@@ -259,7 +275,7 @@ def _run(
 def sizing_failure(sizing: Sizing) -> str:
     """Return the reason why nothing could be sized, and the remedy."""
     if not sizing.tried:
-        reasons = {candidate.count: candidate.why_not for candidate in sizing.candidates}
+        reasons = {candidate.count: candidate.reason_unsuitable for candidate in sizing.candidates}
         reasons_text = "; ".join(f"{count} balls: {why}" for count, why in reasons.items())
         return f"nothing can be sized: {reasons_text}"
     wanted = 100.0 * sizing.specification.share

@@ -14,7 +14,9 @@ Given = str | float
 DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
 """Densities of balls [kg/m^3]: bearing steel, silicon nitride, tungsten carbide with cobalt."""
 BALLS = (2, 6)
+"""Default range of the number of balls."""
 MOST_BALLS = 12
+"""Largest number of balls of a sizing."""
 DAMPING_RATIO, SETTLE, DENSITY, SHARE, RESIDUAL, DRAG_TOLERANCE = 0.05, 3.0, "steel", 0.9, 0.1, 0.2
 """Defaults of ``SpecificationTexts``: ``SETTLE`` in s, ``DENSITY`` as a name, others as ratios."""
 RUN_UP = 1.0
@@ -83,24 +85,37 @@ class SpecificationTexts(NamedTuple):
     """Specification as written by a user: numbers in SI units, or texts with a unit."""
 
     mass: Given
+    """Suspended mass M0 without balls [kg]."""
     critical_speed: Given
+    """Critical speed without balls [rad/s]."""
     speed: Given
+    """Running speed [rad/s]."""
     race_radius: Given
+    """Inner radius of the wall on which balls roll [m]."""
     race_width: Given
+    """Space for a ball's diameter [m]."""
     unbalance: Given | Sequence[float] | None = None
     """Largest unbalance, or range: ``0.1 g cm..0.3 g cm``."""
     grade: Given | None = None
     """Balance grade of the rotor instead of the unbalance: ``G6.3``, or 6.3 [mm/s]."""
     damping_ratio: float = DAMPING_RATIO
+    """Damping ratio of the suspension."""
     acceleration: Given | None = None
+    """Acceleration of the run-up [rad/s^2]; None to reach the speed in ``RUN_UP``."""
     settle: Given = SETTLE
+    """Time from the running speed until a drive must be balanced [s]."""
     density: Given = DENSITY
+    """Density of the balls [kg/m^3], or a name in ``DENSITIES``."""
     balls: str | Sequence[int] = BALLS
     """Range of the number of balls, ``2..6``, or a single number."""
     share: float = SHARE
+    """Share of drives that must be balanced in time."""
     residual: float = RESIDUAL
+    """Allowed residual unbalance, relative to the largest."""
     drag_tolerance: float = DRAG_TOLERANCE
+    """Relative tolerance of the drag."""
     friction_arm: Given = 0.0
+    """Arm of rolling friction [m]."""
 
 
 def specification_of(texts: SpecificationTexts) -> DriveSpecification:
@@ -148,6 +163,13 @@ def specification_of(texts: SpecificationTexts) -> DriveSpecification:
 
 
 def _unbalance(texts: SpecificationTexts, mass: float, speed: float) -> tuple[float, float]:
+    """Return the least and the largest unbalance [kg m].
+
+    Args:
+        texts: specification with an unbalance or a balance grade.
+        mass: suspended mass [kg].
+        speed: running speed [rad/s].
+    """
     if (texts.unbalance is None) == (texts.grade is None):
         raise InputError("unbalance, grade: give one of them, e.g. unbalance '0.3 g cm'")
     if texts.grade is not None:
@@ -175,6 +197,7 @@ def _unbalance(texts: SpecificationTexts, mass: float, speed: float) -> tuple[fl
 
 
 def _ends(text: str) -> list[str]:
+    """Return the one or two numbers of an unbalance, each with its unit."""
     try:
         return with_last_unit(text.split(".."))
     except ValueError as error:
@@ -182,7 +205,7 @@ def _ends(text: str) -> list[str]:
 
 
 def _grade(quantity: Given) -> float:
-    """Return a balance grade [m/s]."""
+    """Read a balance grade, ``G6.3`` or a number in mm/s; return it in m/s."""
     if isinstance(quantity, str):
         match = _GRADE.fullmatch(quantity)
         if match is None:
@@ -196,6 +219,7 @@ def _grade(quantity: Given) -> float:
 
 
 def _density(quantity: Given) -> float:
+    """Read a density or the name of a material; return it in kg/m^3."""
     if isinstance(quantity, str) and quantity.strip().lower() in DENSITIES:
         return DENSITIES[quantity.strip().lower()]
     try:
@@ -206,6 +230,7 @@ def _density(quantity: Given) -> float:
 
 
 def _counts(counts: str | Sequence[int]) -> tuple[int, int]:
+    """Read a range of the number of balls; return its ends."""
     parts = counts.split("..") if isinstance(counts, str) else list(counts)
     try:
         numbers = [whole_number_in(str(part)) for part in parts]
@@ -220,6 +245,7 @@ def _counts(counts: str | Sequence[int]) -> tuple[int, int]:
 
 
 def _number(field: str, quantity: Given, unit: str) -> float:
+    """Read a finite number with a unit or in SI; return it in the SI unit ``unit``."""
     try:
         if isinstance(quantity, str) and has_unit(quantity):
             return in_si(quantity, unit)
@@ -237,6 +263,7 @@ def _number(field: str, quantity: Given, unit: str) -> float:
 
 
 def _positive(field: str, quantity: Given, unit: str) -> float:
+    """Read a number from 1e-9 to 1e9, see ``_number``."""
     number = _number(field, quantity, unit)
     if not 1e-9 <= number <= 1e9:
         raise InputError(f"{field} = {short(quantity)}: must be from 1e-9 to 1e9 {unit}")
@@ -244,6 +271,7 @@ def _positive(field: str, quantity: Given, unit: str) -> float:
 
 
 def _between(field: str, number: float, low: float, high: float) -> float:
+    """Return a number after a check of its range; ``field`` is its name in the error."""
     if not low <= number <= high:
         raise InputError(f"{field} = {exact(number)}: must be from {low:g} to {high:g}")
     return float(number)

@@ -84,7 +84,7 @@ def border_section(folder: Path, tell: Tell) -> PageSection:
             f"{border.value:.6f} ({'un' if border.stable_below else ''}stable above)"
             for border in sorted(followed.borders, key=lambda border: border.value)
         )
-        fastest = followed.points[0].found
+        fastest = followed.points[0].solution
         whirl = "-" if fastest is None else f"{1e6 * fastest.whirl_max:.3g}"
         rows.append((title, borders or "none", whirl))
     for panel in panels[-1]:

@@ -6,7 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis.circulating import bunches, drive_of, stalled, state_of_bunch, why_not
+from ab_sim.analysis.circulating import (
+    bunches,
+    drive_of,
+    reason_not_covered,
+    stalled,
+    state_of_bunch,
+)
 from ab_sim.analysis.circulating.bunch import MOST_SWING
 from ab_sim.analysis.equilibria.resting import field_at, resting_system
 from ab_sim.scene import Scene, load_scene
@@ -126,7 +132,7 @@ def test_power_and_forces_are_in_balance() -> None:
 )
 def test_where_it_is_not_looked_for(changes: dict[str, Any], words: str) -> None:
     scene = stalling(**changes)
-    assert words in str(why_not(scene)) and drive_of(scene) is None
+    assert words in str(reason_not_covered(scene)) and drive_of(scene) is None
 
 
 @pytest.mark.parametrize(
@@ -139,7 +145,7 @@ def test_where_it_is_not_looked_for(changes: dict[str, Any], words: str) -> None
     ],
 )
 def test_scenes_that_ship_and_are_not_known(name: str, words: str) -> None:
-    assert words in str(why_not(load_scene(name)))
+    assert words in str(reason_not_covered(load_scene(name)))
 
 
 def test_nothing_circulates_about_a_rotor_at_rest_and_counts_are_checked() -> None:

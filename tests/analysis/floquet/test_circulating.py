@@ -7,9 +7,9 @@ import pytest
 
 from ab_sim.analysis.circulating import (
     bunches,
+    drag_ranges,
     drive_of,
-    reach_over_drag,
-    reach_over_speed,
+    speed_ranges,
     stalled,
 )
 from ab_sim.analysis.floquet.circulating import (
@@ -72,7 +72,8 @@ def test_a_bunch_parts_as_the_closed_form_says() -> None:
 def test_a_run_from_it_is_periodic_and_halved_steps_change_nothing() -> None:
     scene, found = stalling(rolls=True), solution(stalling(rolls=True), 6)
     beat = BeatMap(scene, AT, 6)
-    fine = beat.turn.over(found.states[0], found.period, 4 * (len(found.states) - 1), columns=0)
+    steps = 4 * (len(found.states) - 1)
+    fine = beat.turn.integrate(found.states[0], found.period, steps, columns=0)
     assert np.abs(beat.gap(fine.states) / beat.turn.scale).max() < 1e-8
     least, most = found.whirl
     assert 0.8 * most < least < most
@@ -95,7 +96,7 @@ def test_the_highest_speed(changes: dict[str, tuple[float, ...]]) -> None:
     scene = stalling(**changes)
     numbers = drive_of(scene)
     assert numbers is not None
-    (reach,) = reach_over_speed(numbers, numbers.balls)
+    (reach,) = speed_ranges(numbers, numbers.balls)
     last = stalled(numbers, 0.999 * reach.high, numbers.balls)
     assert last is not None
     for share, lasts in ((0.999, True), (1.001, False)):
@@ -108,7 +109,7 @@ def test_the_largest_drag() -> None:
     """The exact motion has its fold within 0.1 % of the closed form's: none is near beyond it."""
     numbers = drive_of(stalling(**ONE))
     assert numbers is not None
-    (reach,) = reach_over_drag(numbers, AT, 1)
+    (reach,) = drag_ranges(numbers, AT, 1)
     guess = stalled(numbers._replace(drag=0.999 * reach.high), AT, 1)
     assert guess is not None
     for share, lasts in ((0.999, True), (1.001, False)):

@@ -188,7 +188,7 @@ def test_a_ball_that_hangs_in_space_is_periodic_too() -> None:
 def growth_of(scene: Scene, found: Stability, turns: int, size: float = 1e-6) -> float:
     """Return the mean growth per turn of a small disturbance, over the second half of a run."""
     turn = TurnMap(scene, found.speed)
-    way = turn.ways(found.orbit.start)
+    way = turn.basis(found.orbit.start)
     away = turn.scale * (way @ (way.T @ np.random.default_rng(0).normal(size=turn.layout.size)))
 
     def run(state: np.ndarray) -> Trajectory:

@@ -13,8 +13,8 @@ from ab_sim.analysis.maps.stability import stability_map
 from ab_sim.analysis.maps.verdicts import (
     CIRCULATES,
     NONE_CIRCULATES,
+    NOT_COVERED,
     NOT_KNOWN,
-    NOT_LOOKED_FOR,
     circulation_at,
 )
 from ab_sim.scene import load_scene
@@ -48,8 +48,8 @@ def test_what_coexists_is_told_in_numbers() -> None:
     report = json.loads(json.dumps(found.report()))["circulation"]
     assert report["labels"] == found.circulating.tolist()
     assert report["share"] == pytest.approx((found.circulating == CIRCULATES).mean())
-    assert 0.1 < report["share_beside_balanced"] == pytest.approx(both.mean())
-    assert report["not_looked_for"] is None
+    assert 0.1 < report["share_coexisting"] == pytest.approx(both.mean())
+    assert report["reason_not_covered"] is None
 
 
 def test_long_runs_agree_on_both_sides() -> None:
@@ -79,7 +79,9 @@ def test_what_is_known_is_not_computed_again(monkeypatch: pytest.MonkeyPatch) ->
 def test_where_it_is_not_looked_for_it_says_why() -> None:
     axes = axes_of(f"speed=100:400:3,{DRAG}=0.1:1:2")
     found = stability_map(Plane(load_scene("packed-balls"), 0.0, *axes), 2)
-    assert {*found.circulating.ravel()} == {NOT_LOOKED_FOR}
+    assert {*found.circulating.ravel()} == {NOT_COVERED}
     report = found.report()["circulation"]
-    assert isinstance(report, dict) and report["not_looked_for"].startswith("effects.ball_contact")
+    assert isinstance(report, dict) and report["reason_not_covered"].startswith(
+        "effects.ball_contact"
+    )
     assert report["share"] == 0.0

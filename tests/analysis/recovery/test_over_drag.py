@@ -37,8 +37,8 @@ def test_the_best_drag_is_the_reports(case: int, best: float) -> None:
     """Published: about 0.2 to 0.3 N s/m."""
     found = recovery_over_drag(load_scene(f"nsc-case-{case}"), DRAGS)
     assert found.best_drag == best
-    times = [run.settling_time for run in found.over]
-    amplitudes = [run.maximum_amplitude for run in found.over]
+    times = [run.settling_time for run in found.at_drags]
+    amplitudes = [run.maximum_amplitude for run in found.at_drags]
     assert times == sorted(times, key=lambda time: time or 0.0), "more drag, later"
     assert amplitudes == sorted(amplitudes, reverse=True), "more drag, less"
 
@@ -82,9 +82,9 @@ def test_the_report_is_plain_and_complete() -> None:
     report = found.report()
     assert report["settling_time"] == report["over_drag"][0]["settling_time"]
     assert report["one_ball"]["over_drag"][1]["drag"] == 0.3
-    assert report["best_drag"] == 0.2 and found.together
+    assert report["best_drag"] == 0.2 and found.balls_coincide
     single = recovery_over_drag(in_one_ball(load_scene("nsc-case-1")), (0.2,))
-    assert single.report()["one_ball"] is None and not single.together
+    assert single.report()["one_ball"] is None and not single.balls_coincide
 
 
 def test_without_balls_there_is_no_drag() -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.analysis.circulating import drive_of, reach_over_drag
+from ab_sim.analysis.circulating import drag_ranges, drive_of
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.design.sizing.claims import bunch_stays, scene_of, step_at, with_contact
 from ab_sim.design.sizing.closed_forms import (
@@ -67,7 +67,9 @@ def test_where_none_fit_it_says_what_to_change() -> None:
     asked = wanted(unbalance="2 g cm")
     assert least_mass(3, asked.largest_unbalance, asked) is None
     found = sized_balls(3, asked)
-    assert found.balls is None and "the largest 3 balls that fit, 4 mm wide" in str(found.why_not)
+    assert found.balls is None and "the largest 3 balls that fit, 4 mm wide" in str(
+        found.reason_unsuitable
+    )
 
 
 @pytest.mark.parametrize("count", [2, 3, 5])
@@ -112,8 +114,7 @@ def test_of_fewer_balls_the_border_lies_in_proportion_lower() -> None:
     border = circulation_border(drive, asked.speed)
     start = drive._replace(drag=border)
     highest = [
-        max(reach.high for reach in reach_over_drag(start, asked.speed, count))
-        for count in (1, 2, 3)
+        max(reach.high for reach in drag_ranges(start, asked.speed, count)) for count in (1, 2, 3)
     ]
     assert highest[2] == pytest.approx(border, rel=1e-6)
     assert highest[:2] == pytest.approx([border / 3, 2 * border / 3], rel=0.03)
@@ -132,7 +133,7 @@ def test_a_bunch_stays_below_the_border_and_comes_to_rest_above() -> None:
 def test_the_share_falls_below_what_is_wanted_at_both_ends_of_a_window() -> None:
     asked = wanted()
     found = sized_balls(5, asked)
-    assert found.balls is not None and found.window is not None and found.why_not is None
+    assert found.balls is not None and found.window is not None and found.reason_unsuitable is None
     window = found.window
     assert window.low >= ABOVE_BORDER * found.border and window.low_end == "too slow"
     for end, outside in ((window.low, 0.98), (window.high, 1.02)):
@@ -157,7 +158,7 @@ def test_windows_that_circulation_ends_below() -> None:
     ],
 )
 def test_no_window_says_why(count: int, changes: dict[str, object], words: str) -> None:
-    assert words in str(sized_balls(count, wanted(**changes)).why_not)
+    assert words in str(sized_balls(count, wanted(**changes)).reason_unsuitable)
 
 
 @pytest.mark.parametrize(

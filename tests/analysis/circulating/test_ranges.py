@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.circulating import (
+    BunchRange,
     CirculatingBunch,
-    Reach,
+    drag_ranges,
     drive_of,
-    reach_over_drag,
-    reach_over_speed,
+    speed_ranges,
     stalled,
 )
 from ab_sim.analysis.circulating.bunch import MOST_SWING, BunchDrive
-from ab_sim.analysis.circulating.reach import END, FOLD, SWING, UNSTABLE
+from ab_sim.analysis.circulating.ranges import FOLD, LARGE_SWING, SEARCH_END, UNSTABLE
 from tests.analysis.circulating.runs import AT, mean_speeds, stalling
 
 APART = 0.006
@@ -30,7 +30,7 @@ def numbers_of(**changes: Any) -> BunchDrive:
     return found
 
 
-def only(found: list[Reach]) -> Reach:
+def only(found: list[BunchRange]) -> BunchRange:
     assert len(found) == 1
     return found[0]
 
@@ -47,7 +47,7 @@ def stays(scene: Any, speed: float, begin: CirculatingBunch) -> bool:
 @pytest.mark.parametrize("count", [1, 2, 4, 6])
 def test_beyond_the_highest_speed_the_bunch_comes_to_rest(count: int) -> None:
     scene, numbers = stalling(), numbers_of()
-    reach = only(reach_over_speed(numbers, count))
+    reach = only(speed_ranges(numbers, count))
     assert reach.high_end == (FOLD if count == 1 else UNSTABLE)
     begin = stalled(numbers, reach.high, count)
     assert begin is not None and begin.speed == reach.high_speed
@@ -58,7 +58,7 @@ def test_beyond_the_highest_speed_the_bunch_comes_to_rest(count: int) -> None:
 @pytest.mark.parametrize("count", [2, 6])
 def test_beyond_the_largest_drag_the_bunch_comes_to_rest(count: int) -> None:
     numbers = numbers_of()
-    reach = only(reach_over_drag(numbers, AT, count))
+    reach = only(drag_ranges(numbers, AT, count))
     begin = stalled(numbers._replace(drag=reach.high), AT, count)
     assert begin is not None
     for share, expected in ((1.0 - APART, True), (1.0 + APART, False)):
@@ -88,19 +88,19 @@ def test_balls_that_are_too_light_do_not_circulate(count: int) -> None:
 
 def test_the_highest_speed_of_all_balls_in_a_formula() -> None:
     """They part where the bunch turns at the critical speed; a fold is just beyond."""
-    reach = only(reach_over_speed(numbers_of(), 6))
+    reach = only(speed_ranges(numbers_of(), 6))
     critical = math.sqrt(58800.0 / 0.524)
     assert reach.high_speed == pytest.approx(critical, rel=1e-9)
     lost = 6 * (4e-3) ** 2 * critical**3 / (20.0 * 0.05)
     assert reach.high == pytest.approx(critical + lost, rel=1e-9)
-    drags = only(reach_over_drag(numbers_of(), AT, 6))
+    drags = only(drag_ranges(numbers_of(), AT, 6))
     assert drags.high == pytest.approx(0.05 * lost / (AT - critical), rel=1e-9)
 
 
 def test_a_single_balls_fold_is_where_speed_has_no_slope() -> None:
     """w(s), explicit for q = 0, has its largest value there."""
     numbers = numbers_of(m=(8e-3,), me=1e-4)
-    reach = only(reach_over_speed(numbers, 1))
+    reach = only(speed_ranges(numbers, 1))
     s = np.linspace(0.9, 1.1, 2_000_001) * reach.high_speed
     square = (58800.0 - 0.524 * s * s) ** 2 + (20.0 * s) ** 2
     w = s + 20.0 * (8e-3) ** 2 * s**5 / (0.05 * square)
@@ -111,10 +111,10 @@ def test_a_single_balls_fold_is_where_speed_has_no_slope() -> None:
 
 def test_below_the_range_swings_are_too_large_to_know() -> None:
     numbers = numbers_of()
-    reach = only(reach_over_speed(numbers, 6, also=(AT, 0.0)))
-    assert reach.low_end == SWING
+    reach = only(speed_ranges(numbers, 6, also=(AT, 0.0)))
+    assert reach.low_end == LARGE_SWING
     assert numbers.stiffness / numbers.mass < reach.low**2
     at_end = stalled(numbers, reach.low, 6)
     assert at_end is not None and at_end.bunch_swing == pytest.approx(MOST_SWING, rel=1e-6)
-    assert only(reach_over_drag(numbers, -AT, 6)).low_end == END
+    assert only(drag_ranges(numbers, -AT, 6)).low_end == SEARCH_END
     assert json.loads(json.dumps(reach.report()))["low_end"] == "swings"
