@@ -131,13 +131,9 @@ def _line(step_range: StepRange, next_: StepRange) -> list[float]:
     """Return the row of a step range in ``StepPlanPart.table``; ``next_`` is the range after it."""
     # The last part of a step completes it.
     ended = step_range.steps or int(next_.first != step_range.first)
-    place, first, start = (
-        active_segment(step_range.scheduled),
-        step_range.first,
-        step_range.scheduled.start,
-    )
-    times = first, first + ended, start, step_range.offset, step_range.length
-    return [*times, *place.segment, place.phase, place.until, place.angle]
+    first, scheduled = step_range.first, step_range.scheduled
+    times = first, first + ended, scheduled.start, step_range.offset, step_range.length
+    return [*times, *active_segment(scheduled).numbers]
 
 
 MOST_NAMED = 3

@@ -101,7 +101,7 @@ class OnRamp(NamedTuple):
     @classmethod
     def of(cls, scene: Scene, leg: SmoothInterval) -> "OnRamp":
         """Return the values of a segment; the expressions support ramps only."""
-        segment = leg.place.segment
+        segment = leg.scheduled.segment
         assert isinstance(segment, Ramp)
         al, M, R = segment.slope, scene.total_mass, scene.race.radius
         ball = equal_balls(scene)
@@ -166,7 +166,8 @@ class Single:
         self.case, self.method, self.setting = case, method, f"tol {tolerance:.0e}"
         f, k = case.f, Constants.of(case.scene)
         self.legs = [
-            (leg.grid - leg.start, np.array(OnRamp.of(case.scene, leg)), leg.keep) for leg in f.legs
+            (leg.grid - leg.scheduled.start, np.array(OnRamp.of(case.scene, leg)), leg.keep)
+            for leg in f.legs
         ]
         self.enough = hy.taylor_outcome.time_limit
         self.integrator = hy.taylor_adaptive(
@@ -211,7 +212,7 @@ class Group:
         self.start = np.array([f.start for f in runs]).T.copy()
         self.legs = []
         for leg in runs[0].legs:
-            grid = np.repeat((leg.grid - leg.start)[:, None], len(each), axis=1)
+            grid = np.repeat((leg.grid - leg.scheduled.start)[:, None], len(each), axis=1)
             both = zip(runs, each, strict=True)
             pars = np.array([[*OnRamp.of(f.scene, leg), *k] for f, k in both]).T.copy()
             self.legs.append((grid, pars, leg.keep))

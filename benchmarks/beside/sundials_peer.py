@@ -121,7 +121,7 @@ class InC:
         if not self.peer:
             raise FailedError("SUNDIALS refused to begin")
         weakref.finalize(self, self.library.peer_close, self.peer)
-        self.times = [leg.grid - leg.start for leg in f.legs]
+        self.times = [leg.grid - leg.scheduled.start for leg in f.legs]
         self.states = [np.empty((leg.grid.size, f.start.size)) for leg in f.legs]
 
     def once(self) -> tuple[float, Any]:
@@ -134,7 +134,7 @@ class InC:
     def _run(self) -> list[np.ndarray]:
         state = self.case.f.start
         for leg, times, states in zip(self.case.f.legs, self.times, self.states, strict=True):
-            ramp = leg.place.segment
+            ramp = leg.scheduled.segment
             done = self.library.peer_leg(
                 self.peer,
                 ramp.start_speed,

@@ -41,8 +41,7 @@ def test_it_is_what_lies_ahead(name: str) -> None:
                 step_range.offset,
                 step_range.length,
             ]
-            place = active_segment(step_range.scheduled)
-            assert line[PLACE:].tolist() == [*place.segment, *place[1:]]
+            assert line[PLACE:].tolist() == active_segment(step_range.scheduled).numbers
 
 
 @pytest.mark.parametrize("name", PROFILES)

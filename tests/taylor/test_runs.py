@@ -18,8 +18,7 @@ from ab_sim.engine.kernels.code import called, code_of
 from ab_sim.engine.taylor.assemble import taylor_code
 from ab_sim.engine.taylor.clock import BEGIN, CLOCK, END, LONGEST, UNTIL
 from ab_sim.model.dynamics.assemble import active_segment
-from ab_sim.model.dynamics.system import ActiveSegment
-from ab_sim.model.equations.motion import DeckMotion
+from ab_sim.model.equations.motion import ActiveSegment, DeckMotion
 from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene import Scene, load_scene, registry
 from ab_sim.scene.quantities import Number, quantity
@@ -95,7 +94,7 @@ def series_at(drive: Drive, place: ActiveSegment, time: float) -> np.ndarray:
     """Coefficients of all states at the present, shape (states, ORDER + 1)."""
     kind, state = code_of(drive.system, Ramp), drive.snapshot().state
     constants, own = kind.constants(drive.system), taylor_code(kind, ORDER, 1)
-    kind.put_place(constants, [*place.segment, *place[1:]])
+    kind.put_place(constants, place.numbers)
     clock = np.zeros((len(CLOCK), 1))
     clock[BEGIN], clock[UNTIL], clock[LONGEST] = time, np.inf, np.inf
     flat = np.zeros(own.size)

@@ -18,14 +18,9 @@ from ab_sim.drive import Drive
 from ab_sim.drive.accuracy.trials import MOST_SAMPLES, Samples
 from ab_sim.drive.observation import EnergyBalance
 from ab_sim.engine.integrate.vector_field import VectorField
-from ab_sim.model.dynamics.assemble import (
-    active_segment,
-    start_discrete_state,
-    start_state,
-    system_of,
-)
-from ab_sim.model.dynamics.system import TURNS, ActiveSegment, has_events, layout_of
-from ab_sim.model.spindle import SpeedSchedule
+from ab_sim.model.dynamics.assemble import start_discrete_state, start_state, system_of
+from ab_sim.model.dynamics.system import TURNS, has_events, layout_of
+from ab_sim.model.spindle import ScheduledSegment, SpeedSchedule
 from ab_sim.scene.model import Scene
 
 LADDER = (0.1e-3, 0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3, 10e-3)
@@ -152,12 +147,13 @@ class SmoothInterval(NamedTuple):
     """Times [s]: begin, sample times within, and end."""
     keep: np.ndarray
     """Indices of the sample times in ``grid``."""
-    place: ActiveSegment
-    """Profile segment of the interval."""
-    start: float
-    """Begin of the profile segment [s]: the origin of local time."""
     field: VectorField
     """Right-hand side f of y' = f(t, y) within the interval."""
+
+    @property
+    def scheduled(self) -> ScheduledSegment:
+        """Segment of the schedule that contains the interval; its start is that of local time."""
+        return self.field.scheduled
 
     def f(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the slope at time t [s] and state y as a new array, shape (states,)."""
@@ -242,7 +238,5 @@ class RightHandSide:
             yield SmoothInterval(
                 np.concatenate([[begin], inside, [end]]),
                 np.arange(1, len(inside) + 1 + last),
-                active_segment(scheduled),
-                scheduled.start,
                 VectorField(self.system, scheduled, self.discrete_state),
             )

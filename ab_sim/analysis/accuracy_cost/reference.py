@@ -129,7 +129,7 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
         for begin, end in zip(leg.grid[:-1], leg.grid[1:], strict=True):
             steps = math.ceil((end - begin) / longest - 1e-9)
             length = (end - begin) / steps
-            local = begin - leg.start
+            local = begin - leg.scheduled.start
             if not compiled(take_steps)(method, local, length, steps, state):
                 raise FailedError(
                     f"collocation does not converge at t = {begin:.6g} s with steps of {length:g} s"

@@ -33,13 +33,8 @@ from ab_sim.model.dynamics.assemble import (
     start_state,
     state_bounds,
 )
-from ab_sim.model.dynamics.system import (
-    FIRST_TURNS,
-    FORMULA_COLUMNS,
-    TURNS,
-    ActiveSegment,
-    layout_of,
-)
+from ab_sim.model.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS, layout_of
+from ab_sim.model.equations.motion import ActiveSegment
 from ab_sim.model.spindle.schedule import RampAndCosine
 from ab_sim.model.spindle.step_ranges import StepRange
 
@@ -68,7 +63,7 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
         [(step_range.scheduled.start, step_range.offset, step_range.length) for step_range in lanes]
         for _, _, lanes in rows
     ]
-    constants = [[[*place.segment, *place[1:]] for place in row] for row in places]
+    constants = [[place.numbers for place in row] for row in places]
     return type(places[0][0].segment), LanePlan(
         np.array(numbers, np.int64), _by_lane(constants), _by_lane(times)
     )

@@ -63,9 +63,8 @@ class VectorField:
             "discrete_state", discrete_state, (len(system.balls) + 1, DISCRETE_COLUMNS), np.int64
         )
         self._code = code_of(system, type(scheduled.segment))
-        place = active_segment(scheduled)
         c = self._code.constants(system)
-        self._code.put_place(c, [*place.segment, *place[1:]])
+        self._code.put_place(c, active_segment(scheduled).numbers)
         self._c, self._b = c, branches_of(system, self.discrete_state)
         self._lanes, self._time = lanes_for(len(system.balls)), np.zeros(1)
         self._function = caller(4, 1)(self._code.address("slope"))
@@ -79,8 +78,7 @@ class VectorField:
         other = copy.copy(self)
         other.scheduled, other._c = scheduled, aligned(self._c.shape)
         other._c[:] = self._c
-        place = active_segment(scheduled)
-        self._code.put_place(other._c, [*place.segment, *place[1:]])
+        self._code.put_place(other._c, active_segment(scheduled).numbers)
         other._pointers = other._c.ctypes.data, other._b.ctypes.data
         return other
 

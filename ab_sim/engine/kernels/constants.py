@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.model.dynamics.system import System, constants_of_balls
-from ab_sim.model.equations.motion import BallConstants
+from ab_sim.model.equations.motion import ActiveSegment, BallConstants
 
-PLACE_FIELDS = ("phase", "until", "angle")
-"""Names of the numbers that follow the fields of a segment."""
+PLACE_FIELDS = ActiveSegment._fields[1:]
+"""Names of the numbers that follow those of the speed law."""
 
 
 class ConstantsLayout(NamedTuple):

@@ -4,7 +4,7 @@ import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.engine.kernels.constants import traced_balls, traced_bodies
+from ab_sim.engine.kernels.constants import PLACE_FIELDS, traced_balls, traced_bodies
 from ab_sim.model.dynamics.system import (
     System,
     has_contact,
@@ -14,11 +14,11 @@ from ab_sim.model.dynamics.system import (
 )
 from ab_sim.model.equations.arrowhead import Arrow, Solved, powers, solve
 from ab_sim.model.equations.motion import (
+    ActiveSegment,
     MotorState,
     OnRace,
     SpindleMotion,
     Torques,
-    TracedSegment,
     friction_coefficient,
     motor_driven,
     on_race,
@@ -78,9 +78,7 @@ class Model:
         self.deck, self.effects = traced_bodies(system, self._parameter)
         self.balls = traced_balls(self.count, lambda name: self._parameter(name, per_ball=True))
         fields = [self._parameter(f"segment.{name}") for name in segment._fields]
-        self.place = TracedSegment(
-            segment(*fields), self._parameter("phase"), self._parameter("angle")
-        )
+        self.place = ActiveSegment(segment(*fields), *map(self._parameter, PLACE_FIELDS))
         self.states = type(system.deck_model).STATES
         self.unknowns: int = type(system.deck_model).UNKNOWNS + 1
         self.has_motor = has_motor(self.effects)

@@ -19,14 +19,19 @@ from ab_sim.model.dynamics.system import (
     ROLLING_MASS,
     SPACING,
     TURNS,
-    ActiveSegment,
     System,
     constants_of_balls,
     has_motor,
     has_spin,
     layout_of,
 )
-from ab_sim.model.equations.motion import Ball, BallConstants, SpindleMotion, on_race
+from ab_sim.model.equations.motion import (
+    ActiveSegment,
+    Ball,
+    BallConstants,
+    SpindleMotion,
+    on_race,
+)
 from ab_sim.model.equations.neighbours import contacts_of, reduced, start_angles, start_gaps
 from ab_sim.model.equations.sums import over_effects
 from ab_sim.model.spindle import ScheduledSegment

@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Mapping
-from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,19 +77,6 @@ class System(NamedTuple):
         balls = BallConstants(len(self.balls), *constants_of_balls(self))
         at = np.asarray(state, float)
         return float(self.deck_model.energy(self.effects, balls, at, float(psi), float(speed)))
-
-
-class ActiveSegment(NamedTuple):
-    """Segment of the speed schedule that is in force, with the numbers that a kernel needs."""
-
-    segment: Any
-    """Law of the speed: a ``Ramp``, ``RaisedCosine`` or ``RampAndCosine``."""
-    phase: float
-    """Spindle angle at the segment's beginning [rad], without whole turns."""
-    until: float = inf
-    """Local time at which the segment ends [s]."""
-    angle: float = 0.0
-    """Spindle angle at the segment's beginning [rad], with whole turns: for samples."""
 
 
 def constants_of_balls(system: System) -> np.ndarray:

@@ -166,15 +166,23 @@ def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
     return balls.race_radius * theta + over_effects(effects, "race_arc", 0.0, theta)
 
 
-class TracedSegment(NamedTuple):
-    """Segment of the speed schedule, as expressions."""
+class ActiveSegment(NamedTuple):
+    """Segment of the speed schedule that is in force, as numbers or expressions."""
 
     segment: Any
-    """Speed, acceleration and angle as functions of the time since the segment's beginning."""
+    """Speed law, a function of the time since the segment's beginning: a ``Ramp``,
+    ``RaisedCosine`` or ``RampAndCosine``."""
     phase: Number
     """Spindle angle at the segment's beginning [rad], without whole turns."""
+    until: Number
+    """Time from the segment's beginning to its end [s]."""
     angle: Number
     """Spindle angle at the segment's beginning [rad], with whole turns: for samples."""
+
+    @property
+    def numbers(self) -> list[Number]:
+        """Return the numbers in the order of a kernel's constants: the speed law's come first."""
+        return [*self.segment, self.phase, self.until, self.angle]
 
 
 class MotorState(NamedTuple):
@@ -199,7 +207,7 @@ class Torques(NamedTuple):
 
 
 def prescribed(
-    effects: Any, place: TracedSegment, time: Number, angle_needed: bool
+    effects: Any, place: ActiveSegment, time: Number, angle_needed: bool
 ) -> SpindleMotion:
     """Return the motion of a spindle that follows the schedule exactly.
 
@@ -220,7 +228,7 @@ def prescribed(
 
 
 def motor_driven(
-    effects: Any, place: TracedSegment, time: Number, at: MotorState, angle_needed: bool
+    effects: Any, place: ActiveSegment, time: Number, at: MotorState, angle_needed: bool
 ) -> tuple[SpindleMotion, Torques]:
     """Return the motion of a spindle with a motor, and the torques from which events are located.
 
