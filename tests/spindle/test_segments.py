@@ -11,9 +11,9 @@ from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.description import explain
 from ab_sim.model.spindle import SpeedSchedule, top_speed_of
-from ab_sim.model.spindle.segments_execution import ScheduleInProgress
+from ab_sim.model.spindle.segments_execution import SegmentsExecution
 from ab_sim.scene import check_scene
-from ab_sim.scene.load import load_profile
+from ab_sim.scene.load import RequestedProfile, load_profile
 from ab_sim.scene.profiles import AnyProfile
 
 QUIET = {"vibration_rms_below": 0.5, "over": 0.1, "at_most": 4.0}
@@ -96,8 +96,13 @@ def test_speed_and_angle_are_continuous_and_breakpoints_are_where_they_belong(
         )
 
 
-def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
-    course = ScheduleInProgress(
+def execution_of(profile: AnyProfile, first: float) -> SegmentsExecution:
+    """Begun at 0 s, with commands that do not lead."""
+    return SegmentsExecution(RequestedProfile(profile, first), ahead=0.0, silence=10.0)
+
+
+def test_a_profile_goes_on_from_where_a_condition_was_met() -> None:
+    execution = execution_of(
         asked(
             {"to": 100, "acceleration": 50},
             {"until": QUIET, "acceleration": 5},
@@ -105,33 +110,45 @@ def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
         ),
         0.0,
     )
-    assert course.count == 3
-    assert [course.until(n) is None for n in range(4)] == [True, False, True, True]
-    assert course.schedule.speed(6.0) == 120.0, "if it lasts as long as it may"
-    assert course.words(0) == "from 0 to 100 rad/s at 50 rad/s^2"
-    assert course.words(1) == (
-        "accelerate at 5 rad/s^2 until vibration below 0.5 m/s^2, at most 4 s"
+    assert execution.command(1.0) == 50.0
+    assert execution.words == "segment 1 of 3, from 0 to 100 rad/s at 50 rad/s^2"
+    execution.command(2.0)
+    assert execution.words == (
+        "segment 2 of 3, accelerate at 5 rad/s^2 until vibration below 0.5 m/s^2, at most 4 s"
     )
-    course.leave(3.0)
-    assert course.number(3.0) == 2
-    assert course.words(2) == "from 105 to 200 rad/s at 50 rad/s^2"
-    assert course.schedule.speed(3.0) == 105.0 and course.schedule.speed(3.5) == 130.0
-    assert course.schedule.end == 3.0 + 95 / 50
-    assert course.number(10.0) == 3
+    for k in range(100):
+        execution.receive(2.0 + 0.01 * k, "", 10**7 * k, (0.0, 0.0, 9.81))
+    assert execution.command(3.0) == 105.0
+    assert execution.words == "segment 3 of 3, from 105 to 200 rad/s at 50 rad/s^2"
+    assert execution.command(3.5) == 130.0
+    end = 3.0 + 95 / 50
+    assert execution.command(end - 0.01) == pytest.approx(199.5) and not execution.ended
+    assert execution.command(end) == 200.0 and execution.ended
 
 
-def test_a_course_says_what_is_held_and_along_what_speed_changes() -> None:
-    held = ScheduleInProgress(
+def test_an_execution_says_what_is_held_and_along_what_speed_changes() -> None:
+    held = execution_of(
         asked({"hold": 2.5}, {"until": QUIET}, {"to": -70, "acceleration": 7}), 70.0
     )
-    assert held.words(0) == "hold 70 rad/s for 2.5 s"
-    assert held.words(1) == "hold 70 rad/s until vibration below 0.5 m/s^2, at most 4 s"
-    assert held.words(2) == "from 70 to -70 rad/s at -7 rad/s^2"
+    held.command(0.0)
+    assert held.words == "segment 1 of 3, hold 70 rad/s for 2.5 s"
+    held.command(2.5)
+    assert held.words == (
+        "segment 2 of 3, hold 70 rad/s until vibration below 0.5 m/s^2, at most 4 s"
+    )
+    held.command(6.5)
+    assert held.words == (
+        "segment 3 of 3, from 70 to -70 rad/s at -7 rad/s^2; "
+        "segment 2: no vibration below 0.5 m/s^2 within 4 s"
+    )
     change = load_profile("{kind: speed_change, to_speed: 90, start_time: 1, duration: 2}").profile
-    course = ScheduleInProgress(change, 70.0)
-    assert course.count == 2 and course.until(0) is None
-    assert course.words(0) == "hold 70 rad/s for 1 s"
-    assert course.words(1) == "from 70 to 90 rad/s along a raised cosine in 2 s"
+    execution = execution_of(change, 70.0)
+    execution.command(0.0)
+    assert (
+        execution.segment == (1, 2) and execution.words == "segment 1 of 2, hold 70 rad/s for 1 s"
+    )
+    execution.command(1.0)
+    assert execution.words == ("segment 2 of 2, from 70 to 90 rad/s along a raised cosine in 2 s")
 
 
 def scene_with(scene: Any, *segments: dict[str, Any]) -> Any:

@@ -1,59 +1,13 @@
-"""Schedule of a profile in progress, whose segments may end on conditions."""
+"""Execution of a profile whose segments may end on conditions."""
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ab_sim.base.numbers import MOST_TIME, finite, whole
 from ab_sim.model.spindle.schedule import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.scene.load import RequestedProfile
 from ab_sim.scene.segments import Until
-
-if TYPE_CHECKING:
-    from ab_sim.scene.profiles import AnyProfile
-    from ab_sim.scene.segments import Until
-
-
-class ScheduleInProgress:
-    """Schedule as far as it is decided; later segments with conditions get their longest duration.
-
-    Args:
-        profile: the profile.
-        first: speed at which it begins [rad/s].
-    """
-
-    def __init__(self, profile: "AnyProfile", first: float) -> None:
-        self._segments = profile.segments if profile.kind == "segments" else ()
-        self.schedule = SpeedSchedule.of_profile(profile, first)
-        """Schedule from now on."""
-        self.count = len(self.schedule.segments) - 1
-        """Number of segments."""
-        self._first = 0
-
-    def number(self, time: float) -> int:
-        """Return the number of the segment at a time [s], from 0; the count after the last one."""
-        return self._first + self.schedule.number_at(time)
-
-    def until(self, number: int) -> "Until | None":
-        """Return the condition that ends a segment; None if the segment has none."""
-        return self._segments[number].until if number < len(self._segments) else None
-
-    def leave(self, time: float) -> None:
-        """End the present segment at a time [s]; the next one begins at the speed reached."""
-        index = self.number(time) + 1
-        self.schedule = SpeedSchedule.of_segments(
-            self._segments[index:], float(self.schedule.speed(time)), start=time
-        )
-        self._first = index
-
-    def words(self, number: int) -> str:
-        """Return a description of a present or future segment, for the status."""
-        scheduled, until = self.schedule.segments[number - self._first], self.until(number)
-        if until is None:
-            return _words(scheduled)
-        slope = scheduled.segment.acceleration(0.0)
-        how = f"accelerate at {slope:g} rad/s^2" if slope else f"hold {_speed(scheduled):g} rad/s"
-        return f"{how} until {until.words}, at most {until.at_most:g} s"
 
 
 def _speed(scheduled: ScheduledSegment) -> float:
@@ -205,8 +159,8 @@ PERIOD, SILENCE = 0.005, 1.0
 
 def waits_for_vibration(requested: RequestedProfile) -> bool:
     """Return whether a condition of a profile depends on the vibration."""
-    schedule = ScheduleInProgress(requested.profile, requested.first)
-    return any(schedule.until(number) for number in range(schedule.count))
+    profile = requested.profile
+    return profile.kind == "segments" and profile.condition is not None
 
 
 class SegmentsExecution:
@@ -219,9 +173,14 @@ class SegmentsExecution:
     """
 
     def __init__(self, requested: RequestedProfile, ahead: float, silence: float) -> None:
-        self.first = requested.first
+        profile, self.first = requested.profile, requested.first
         self._ahead, self._silence = ahead, silence
-        self._schedule = ScheduleInProgress(requested.profile, requested.first)
+        self._segments = profile.segments if profile.kind == "segments" else ()
+        self._schedule = SpeedSchedule.of_profile(profile, self.first)
+        """Schedule from segment ``_passed`` on, as far as it is decided; later segments with
+        conditions have their longest duration."""
+        self._passed = 0
+        self._count = len(self._schedule.segments) - 1
         self._left: list[float] = []
         self._condition: VibrationCondition | None = None
         self.words = self.failure = self.why = ""
@@ -230,12 +189,12 @@ class SegmentsExecution:
     @property
     def segment(self) -> tuple[int, int]:
         """Number of the present segment and of segments; see ``ProfileExecution``."""
-        return min(max(self._number, 0) + 1, self._schedule.count), self._schedule.count
+        return min(max(self._number, 0) + 1, self._count), self._count
 
     @property
     def ended(self) -> bool:
         """True if the final speed is held; see ``ProfileExecution``."""
-        return self._number >= self._schedule.count
+        return self._number >= self._count
 
     @property
     def reached(self) -> bool:
@@ -265,27 +224,23 @@ class SegmentsExecution:
 
     def command(self, now: float) -> float:
         """Return the speed to command; see ``ProfileExecution``."""
-        schedule, elapsed, passed = (
-            self._schedule,
-            max(now - self._began, 0.0),
-            max(self._number, 0),
-        )
+        elapsed, passed = max(now - self._began, 0.0), max(self._number, 0)
         # If the condition is met, the present segment ends now, and all later ones move forwards.
         # The segment may just have reached its longest duration; then it has ended already.
-        condition, still = self._condition, schedule.number(elapsed) == self._number
+        condition, still = self._condition, self._number_at(elapsed) == self._number
         if condition is not None and condition.met:
             if still:
-                schedule.leave(elapsed)
+                self._leave(elapsed)
                 self._left.append(elapsed)
             passed += 1
         elif condition is not None and still and (silent := condition.silence(now)) > self._silence:
             where = f"segment {self._number + 1} waits for the vibration"
             self.failure = f"{where}, and no valid sample of it has come for {silent:.3g} s"
-        number = schedule.number(elapsed)
+        number = self._number_at(elapsed)
         missed = self._missed(passed, number)
         if number != self._number and not self.failure:
             self._enter(number, now, missed)
-        return float(schedule.schedule.speed(elapsed + self._ahead))
+        return float(self._schedule.speed(elapsed + self._ahead))
 
     def state(self) -> dict[str, Any]:
         """Return the state; see ``ProfileExecution``."""
@@ -300,18 +255,41 @@ class SegmentsExecution:
     def restore(self, state: Mapping[str, Any]) -> None:
         """Restore a state; see ``ProfileExecution``."""
         self._began = finite(state["began"], 0.0, MOST_TIME)
-        self._number = whole(state["number"], -1, self._schedule.count)
+        self._number = whole(state["number"], -1, self._count)
         self._left = [finite(time, 0.0, MOST_TIME) for time in state["left"]]
-        if sorted(self._left) != self._left or len(self._left) > self._schedule.count:
+        if sorted(self._left) != self._left or len(self._left) > self._count:
             raise ValueError("the times at which its segments ended are not in order")
         for time in self._left:
-            self._schedule.leave(time)
-        until = self._schedule.until(max(self._number, 0))
+            self._leave(time)
+        until = self._until(max(self._number, 0))
         self._condition = None
         if until is not None and state["condition"] is not None:
             self._condition = VibrationCondition(until, self._began)
             self._condition.restore(state["condition"])
         self.words, self.why = map(str, state["texts"])
+
+    def _number_at(self, elapsed: float) -> int:
+        """Return the number of the segment at a time [s], from 0; the count after the last one."""
+        return self._passed + self._schedule.number_at(elapsed)
+
+    def _until(self, number: int) -> Until | None:
+        """Return the condition that ends a segment; None if the segment has none."""
+        return self._segments[number].until if number < len(self._segments) else None
+
+    def _leave(self, elapsed: float) -> None:
+        """End the present segment at a time [s]; the next one begins at the speed reached."""
+        self._passed, speed = self._number_at(elapsed) + 1, float(self._schedule.speed(elapsed))
+        rest = self._segments[self._passed :]
+        self._schedule = SpeedSchedule.of_segments(rest, speed, start=elapsed)
+
+    def _describe(self, number: int) -> str:
+        """Return a description of a present or future segment, for the status."""
+        scheduled, until = self._schedule.segments[number - self._passed], self._until(number)
+        if until is None:
+            return _words(scheduled)
+        slope = scheduled.segment.acceleration(0.0)
+        how = f"accelerate at {slope:g} rad/s^2" if slope else f"hold {_speed(scheduled):g} rad/s"
+        return f"{how} until {until.words}, at most {until.at_most:g} s"
 
     def _missed(self, passed: int, number: int) -> str:
         """Report conditions that were not met in time, and fail if one of them requires an abort.
@@ -325,7 +303,7 @@ class SegmentsExecution:
         """
         missed = ""
         for unmet in range(passed, number):
-            if self.failure or (until := self._schedule.until(unmet)) is None:
+            if self.failure or (until := self._until(unmet)) is None:
                 continue
             self.why = f"segment {unmet + 1}: no {until.words} within {until.at_most:g} s"
             missed = f"; {self.why}"
@@ -335,12 +313,9 @@ class SegmentsExecution:
 
     def _enter(self, number: int, now: float, missed: str) -> None:
         """Enter a segment, and describe it with the conditions that were missed before it."""
-        self._number, until = number, self._schedule.until(number)
+        self._number, until = number, self._until(number)
         self._condition = None if until is None else VibrationCondition(until, now)
-        if number < self._schedule.count:
-            words = (
-                f"segment {number + 1} of {self._schedule.count}, {self._schedule.words(number)}"
-            )
-            self.words = words + missed
+        if number < self._count:
+            self.words = f"segment {number + 1} of {self._count}, {self._describe(number)}{missed}"
         else:
             self.words = missed.removeprefix("; ")
