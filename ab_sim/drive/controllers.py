@@ -2,8 +2,9 @@
 
 import copy
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,22 +34,33 @@ class TimedDecision(NamedTuple):
     """Action that begins at this time, and its reason, for users."""
 
 
-class RunController(Protocol):
+class RunController(ABC):
     """Controller that receives sensor readings, faults included, and commands the drive.
 
     ``command`` is called every period from t = 0 on, with all samples up to and including that
     instant.
+
+    Args:
+        scene: scene whose profile depends on measurements.
+        period: number of steps from one command to the next.
+        faults: faults of the drive; those of sensors alter the input.
     """
 
-    decisions: list[TimedDecision]
-    """Decisions of the run so far, in order."""
-    aborted: TimedDecision | None
-    """Decision to ramp down, with its reason; None if there was none."""
+    def __init__(self, scene: Scene, period: int, faults: Iterable[Fault]) -> None:
+        self.decisions: list[TimedDecision] = []
+        """Decisions of the run so far, in order."""
+        self.aborted: TimedDecision | None = None
+        """Decision to ramp down, with its reason; None if there was none."""
+        self._step_ns = round(scene.solver.step * 1e9)
+        self._per_command = period
+        self._faults = SensedFaults(faults, scene)
 
     @property
+    @abstractmethod
     def state(self) -> Any:
         """Return the complete state as JSON-able values."""
 
+    @abstractmethod
     def restore(self, state: Any) -> None:
         """Continue from a state of a controller of the same scene.
 
@@ -58,6 +70,7 @@ class RunController(Protocol):
 
     def next(self, step: int) -> int:
         """Return the first step after this one at which a command is due."""
+        return step - step % self._per_command + self._per_command
 
     def command(self, newest: Trajectory, step: int) -> float | None:
         """Return the speed to command at a step [rad/s]; None if no command is due or ready.
@@ -66,11 +79,21 @@ class RunController(Protocol):
             newest: all steps since the last call, this one included; empty at the start.
             step: the present step.
         """
+        if len(newest):
+            self._receive(newest)
+        return None if step % self._per_command else self._decide(step)
 
+    @abstractmethod
+    def _receive(self, newest: Trajectory) -> None:
+        """Process the samples of new steps."""
 
-def stamped_time(step: int, step_ns: int) -> float:
-    """Return the time of a step [s], bit-identical to the value computed from its stamp [ns]."""
-    return step * step_ns * 1e-9
+    @abstractmethod
+    def _decide(self, step: int) -> float | None:
+        """Return the speed to command at a step [rad/s]; None for no command."""
+
+    def _time_of(self, step: int) -> float:
+        """Return the time of a step [s], bit-identical to that computed from its stamp [ns]."""
+        return step * self._step_ns * 1e-9
 
 
 def settings_of(scene: Scene) -> StartUpSettings:
@@ -111,8 +134,8 @@ class EstimatesAt(NamedTuple):
     [m]."""
 
 
-class AdaptiveController:
-    """Controller of a drive's adaptive start-up, between sensors and commands (``RunController``).
+class AdaptiveController(RunController):
+    """Controller of a drive's adaptive start-up.
 
     Like the controller of a live drive in lock step, it commands nothing before it has received the
     sample at the end of the sensor's first period.
@@ -126,16 +149,12 @@ class AdaptiveController:
         profile, step = scene.profile, scene.solver.step
         self.start_up = StartUp(settings_of(scene))
         assert isinstance(profile, AdaptiveProfile)
-        self.decisions: list[TimedDecision] = []
-        self.aborted: TimedDecision | None = None
+        super().__init__(scene, profile.steps_per_command(step), faults)
         self.history: list[EstimatesAt] = []
         """Estimates at each command so far."""
         self._decided = 0
         self._sensor, self._inputs = profile.sensor, {profile.sensor, SPINDLE}
-        self._step_ns = round(step * 1e9)
-        self._per_command = profile.steps_per_command(step)
         self._per_sample = steps_per_sample(scene.pickups[profile.sensor].sample_rate, step)
-        self._faults = SensedFaults(faults, scene)
 
     @property
     def state(self) -> tuple[float, ...]:
@@ -150,19 +169,9 @@ class AdaptiveController:
             raise ValueError(f"no state of an adaptive start-up: {reason_of(error)}") from error
         self._decided, self.aborted = self.start_up.decision.number, None
 
-    def next(self, step: int) -> int:
-        """Return the step of the next command; see ``RunController``."""
-        return step - step % self._per_command + self._per_command
-
-    def command(self, newest: Trajectory, step: int) -> float | None:
-        """Return the command of a step; see ``RunController``."""
-        if len(newest):
-            self._receive(newest)
-        return None if step % self._per_command else self._decide(stamped_time(step, self._step_ns))
-
-    def _receive(self, run: Trajectory) -> None:
+    def _receive(self, newest: Trajectory) -> None:
         """Pass the sensor's samples in a run to the controller, with the effect of faults."""
-        rows, at = taken(run, self._per_sample), run.channels.index
+        rows, at = taken(newest, self._per_sample), newest.channels.index
         steps = rows[:, 0].astype(np.int64)
         first = at(f"{self._sensor}_1")
         readings = self._faults.altered(self._sensor, rows[:, first : first + 2].T, steps)
@@ -170,11 +179,11 @@ class AdaptiveController:
         columns = np.column_stack((rows[:, at("angle")], speed, readings.T))
         for step, row in zip(steps.tolist(), columns.tolist(), strict=True):
             if not self._faults.silent(step) & self._inputs:
-                self.start_up.sample(stamped_time(step, self._step_ns), *row)
+                self.start_up.sample(self._time_of(step), *row)
 
-    def _decide(self, time: float) -> float | None:
-        """Let the controller command a speed [rad/s] at a time [s], and log a new decision."""
-        start_up = self.start_up
+    def _decide(self, step: int) -> float | None:
+        """Let the controller command a speed [rad/s] at a step, and log a new decision."""
+        start_up, time = self.start_up, self._time_of(step)
         speed = start_up.command(time)
         if start_up.decision.number != self._decided:
             self._decided = start_up.decision.number
@@ -194,8 +203,8 @@ class AdaptiveController:
         return None if start_up.state is State.WAITING else speed
 
 
-class SegmentsController:
-    """Controller of the segments of a profile; see ``RunController``.
+class SegmentsController(RunController):
+    """Controller of the segments of a profile.
 
     Args:
         scene: scene whose profile has a segment that ends on a condition.
@@ -206,17 +215,13 @@ class SegmentsController:
         profile, step = scene.profile, scene.solver.step
         if profile is None or profile.kind != "segments":
             raise SceneError(f"{scene.name}: profile: must be of kind segments")
-        self.decisions: list[TimedDecision] = []
-        self.aborted: TimedDecision | None = None
+        super().__init__(scene, max(1, round(PERIOD / step)), faults)
         self._time = 0.0
-        self._step_ns = round(step * 1e9)
-        self._per_command = max(1, round(PERIOD / step))
         period, first = self._per_command * step, scene.start.speed
         steepest = SpeedSchedule.of_profile(profile, first).steepest
         self._deceleration = steepest or scene.spindle.max_acceleration
         self._execution = SegmentsExecution(RequestedProfile(profile, first), period, SILENCE)
         self._run = ProfileRun(period, self._say)
-        self._faults = SensedFaults(faults, scene)
         rates = {name: sensor.sample_rate for name, sensor in scene.sensors.items()}
         self._sensors = {name: steps_per_sample(rate, step) for name, rate in rates.items()}
 
@@ -233,33 +238,27 @@ class SegmentsController:
             raise ValueError(f"no state of a profile: {reason_of(error)}") from error
         self.aborted = None
 
-    def next(self, step: int) -> int:
-        """Return the step of the next command; see ``RunController``."""
-        return step - step % self._per_command + self._per_command
+    def _receive(self, newest: Trajectory) -> None:
+        for name, every in (self._sensors or {VIBRATION: 1}).items():
+            self._receive_from(name, every, newest)
 
-    def command(self, newest: Trajectory, step: int) -> float | None:
-        """Return the command of a step; see ``RunController``."""
-        if len(newest):
-            for name, every in (self._sensors or {VIBRATION: 1}).items():
-                self._receive(newest, name, every)
-        if step % self._per_command:
-            return None
-        self._time = stamped_time(step, self._step_ns)
+    def _receive_from(self, name: str, every: int, newest: Trajectory) -> None:
+        """Pass one sensor's samples in a run to the profile, with the effect of faults."""
+        rows = taken(newest, every)
+        channels = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
+        index = newest.channels.index
+        columns = [index(channel) for channel in channels if channel in newest.channels]
+        steps = rows[:, 0].astype(np.int64)
+        steps, readings = self._faults.sampled(name, steps, rows[:, columns])
+        for step, vector in zip(steps.tolist(), readings.tolist(), strict=True):
+            self._execution.receive(self._time_of(step), name, step * self._step_ns, vector)
+
+    def _decide(self, step: int) -> float | None:
+        self._time = self._time_of(step)
         if step:
             return self._run.tick(self._time)
         self._run.start(self._time, self._execution, self._deceleration)
         return self._run.commanded
-
-    def _receive(self, run: Trajectory, name: str, every: int) -> None:
-        """Pass one sensor's samples in a run to the profile, with the effect of faults."""
-        rows = taken(run, every)
-        channels = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
-        columns = [run.channels.index(channel) for channel in channels if channel in run.channels]
-        steps = rows[:, 0].astype(np.int64)
-        steps, readings = self._faults.sampled(name, steps, rows[:, columns])
-        for step, vector in zip(steps.tolist(), readings.tolist(), strict=True):
-            now = stamped_time(step, self._step_ns)
-            self._execution.receive(now, name, step * self._step_ns, vector)
 
     def _say(self, status: str, well: bool) -> None:
         """Log a status of the profile as a decision."""
