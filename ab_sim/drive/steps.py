@@ -26,7 +26,6 @@ from ab_sim.engine.taylor.driver import advance_by_taylor
 from ab_sim.model.dynamics.assemble import active_segment, state_bounds
 from ab_sim.model.dynamics.system import System
 from ab_sim.model.spindle import Ramp, ScheduledSegment, SpeedSchedule
-from ab_sim.model.spindle.schedule import Segment
 from ab_sim.model.spindle.step_ranges import StepRange, StepResolution, step_ranges
 
 FOREVER = 2**52
@@ -56,10 +55,7 @@ class StepPlan:
 
     def __init__(self, ahead: Iterable[StepRange]) -> None:
         taken = list(ahead)
-        self.begin = taken[0].first
-        """Steps taken before the plan begins."""
         self._firsts = [step_range.first for step_range in taken]
-        self._parts: list[StepPlanPart] = []
         self._places: list[tuple[StepPlanPart, int]] = []
         """Part of each step range, and its index in that part."""
         lines = [_line(*pair) for pair in pairwise([*taken, _END])]
@@ -69,7 +65,6 @@ class StepPlan:
         for kind, pairs in alike:
             table = np.array([line for _, line in pairs], float)
             part = StepPlanPart(kind, table, len(self._places))
-            self._parts.append(part)
             self._places += [(part, at) for at in range(len(table))]
 
     @classmethod
@@ -77,22 +72,15 @@ class StepPlan:
         """Return the plan of all steps along a schedule after the first ``first`` ones."""
         return cls(step_ranges(schedule, resolution, first, FOREVER))
 
-    @property
-    def kinds(self) -> set[type[Segment]]:
-        """Return the kinds of the segments: each has its own kernel."""
-        return {part.kind for part in self._parts}
-
     def after(self, steps: int) -> Iterator[tuple[StepPlanPart, int]]:
         """Yield the parts after ``steps`` steps, and the step range at which each is entered."""
-        at = self._at(steps)
-        for part in self._parts:
-            if at < part.first + len(part.table):
-                yield part, max(at - part.first, 0)
-
-    def _at(self, steps: int) -> int:
-        """Return the index of the first step range after ``steps`` steps, at least 0."""
         at = bisect_left(self._firsts, steps)
-        return at if at < len(self._firsts) and self._firsts[at] == steps else max(at - 1, 0)
+        if at == len(self._firsts) or self._firsts[at] != steps:
+            at = max(at - 1, 0)
+        while at < len(self._places):
+            part, begun = self._places[at]
+            yield part, begun
+            at = part.first + len(part.table)
 
     def walk(
         self,
@@ -110,17 +98,16 @@ class StepPlan:
             driver: function that returns the function for steps along a part; see ``Steps.along``.
             samples: receives the samples; a KeptArray has room for at most one step.
         """
-        at, done = self._at(first), 0
-        while True:
-            part, begun = self._places[at]
+        done = 0
+        for part, begun in self.after(first):
             rest = samples[done:] if done and isinstance(samples, np.ndarray) else samples
             taken = driver(part)(begun, first + done, steps - done, command, rest)
             if taken < 0:
                 return taken - done
             done += taken
-            at = part.first + len(part.table)
-            if done == steps or at == len(self._places):
-                return done
+            if done == steps:
+                break
+        return done
 
 
 _END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)
