@@ -44,13 +44,13 @@ def test_pipes_and_devices_are_refused_where_a_file_is_read(name: str, tmp_path:
     os.mkfifo(tmp_path / f"pipe-{name}")
     (tmp_path / f"device-{name}").symlink_to("/dev/zero")
     for kind in ("pipe", "device"):
-        with pytest.raises((AbSimError, OSError), match="it is a pipe or a device; write its"):
+        with pytest.raises((AbSimError, OSError), match="pipe or a device"):
             READERS[name](tmp_path / f"{kind}-{name}")
 
 
 def test_a_pipe_in_a_bags_folder_is_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "bag_0.mcap")
-    with pytest.raises(AbSimError, match=r"bag_0.mcap: it is a pipe or a device"):
+    with pytest.raises(AbSimError, match="bag_0.mcap: .*pipe or a device"):
         Bag(tmp_path)
 
 
@@ -60,7 +60,7 @@ def test_a_sweep_whose_runs_are_not_numbered_in_order_is_refused(tmp_path: Path)
     table = pq.read_table(whole)
     pq.write_table(table.set_column(0, table.schema.field(0), [[7, 1]]), damaged)
     assert len(open_sweep(whole).table) == 2
-    with pytest.raises(AbSimError, match=r"damaged.parquet: is not a Parquet file of a sweep"):
+    with pytest.raises(AbSimError, match="damaged.parquet: is not a Parquet"):
         open_sweep(damaged)
 
 

@@ -30,19 +30,19 @@ def test_a_place_that_takes_no_files_is_refused(replaced: bool, tmp_path: Path) 
     link = tmp_path / "link.json"
     link.symlink_to(NO_FILES / "r.json")
     for file in (NO_FILES / "r.json", link):
-        with pytest.raises(InputError, match=f"--json {file}: cannot be written: .*; choose"):
+        with pytest.raises(InputError, match=f"--json {file}: cannot be written"):
             check_writable(file, "--json", replaced)
 
 
 def test_a_file_that_may_not_be_changed_is_refused() -> None:
-    with pytest.raises(InputError, match="--json /proc/version: cannot be written"):
+    with pytest.raises(InputError, match="--json /proc/version: cannot be"):
         check_writable(NO_FILES / "version", "--json")
 
 
 def test_links_in_a_circle_are_refused(tmp_path: Path) -> None:
     for one, other in (("a.json", "b.json"), ("b.json", "a.json")):
         (tmp_path / one).symlink_to(tmp_path / other)
-    with pytest.raises(InputError, match="a.json: cannot be written"):
+    with pytest.raises(InputError, match="--json .*a.json: cannot be written"):
         check_writable(tmp_path / "a.json", "--json")
 
 

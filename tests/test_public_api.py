@@ -108,9 +108,9 @@ def test_type_checkers_see_the_same_names() -> None:
 
 
 def test_a_name_that_is_not_there_names_the_close_ones() -> None:
-    with pytest.raises(AttributeError, match="did you mean equilibria"):
+    with pytest.raises(AttributeError, match="'equilibrium'.* mean equilibria"):
         ab_sim.equilibrium  # type: ignore[attr-defined]  # noqa: B018
-    with pytest.raises(AttributeError, match=r"no attribute 'qqqqq'; dir\(ab_sim\)"):
+    with pytest.raises(AttributeError, match="no attribute 'qqqqq'"):
         ab_sim.qqqqq  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(ImportError):
         from ab_sim import simulat  # type: ignore[attr-defined]  # noqa: F401
@@ -333,14 +333,14 @@ def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
         def deck_froce(self, deck: object) -> tuple[float, float]:
             return self.force, 0.0
 
-    with pytest.raises(ValueError, match="'deck_froce' would not be called; did you mean 'deck_f"):
+    with pytest.raises(ValueError, match="'deck_froce' .* mean 'deck_f"):
         ab_sim.register_effect("push", equation="", source="")(Push)
     assert "push" not in effects.effect_classes()
 
     class Bare:
         force: float = 1.0
 
-    with pytest.raises(ValueError, match="'push': its class Bare must be a NamedTuple"):
+    with pytest.raises(ValueError, match="'push': .* Bare must be a NamedTuple"):
         ab_sim.register_effect("push", equation="", source="")(Bare)  # type: ignore[type-var]
 
 

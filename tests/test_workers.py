@@ -70,7 +70,7 @@ def test_an_error_is_raised_as_itself() -> None:
 
 
 def test_a_killed_process_is_said() -> None:
-    with pytest.raises(WorkerLost, match="the same command continues it"), Workers(2) as each:
+    with pytest.raises(WorkerLost, match="same command continues it"), Workers(2) as each:
         list(each.each(killed, range(50), chunk=2))
 
 

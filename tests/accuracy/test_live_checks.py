@@ -158,7 +158,7 @@ def test_a_diverging_half_step_is_an_infinite_error(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_ledger_is_refused(scene: Any) -> None:
-    with pytest.raises(ValueError, match="a drive without an energy balance"):
+    with pytest.raises(ValueError, match="energy balance"):
         LiveChecks(Drive(scene(), energy_balance=True), 0.05)
 
 
@@ -183,5 +183,5 @@ def test_the_estimate_forgets_windows_that_are_long_past() -> None:
 
 @pytest.mark.parametrize("share", [0.0, -0.1, 1.1, float("nan")])
 def test_a_share_is_a_share(share: Any) -> None:
-    with pytest.raises(ValueError, match="must be above 0, and at most 1"):
+    with pytest.raises(ValueError, match=f"^share = {share}: "):
         LiveChecks(Drive(load_scene("one-ball")), share)

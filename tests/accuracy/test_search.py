@@ -123,13 +123,13 @@ def test_the_shortest_step_of_all_is_not_called_rounding() -> None:
             samples, seconds = super().__call__(scene, steps, every)
             return Timed(samples._replace(angles=samples.angles + scene.solver.step), seconds)
 
-    with pytest.raises(SceneError, match="a shorter step is not tried; request no more than that"):
+    with pytest.raises(SceneError, match="shorter step is not tried"):
         cheapest(wished("one-ball", angle=1e-7), Slow(stage=1e-9))
 
 
 def test_rounding_is_recognised() -> None:
     runs = FakeRuns(floor=1e-7)
-    with pytest.raises(SceneError, match="the best possible is about"):
+    with pytest.raises(SceneError, match="accuracy.angle = 1e-08 .*best possible"):
         cheapest(wished("one-ball", angle=1e-8), runs)
     assert min(step for _, step in runs.seen) > 1e-5, "no endless shortening"
     _, work_precision = cheapest(wished("one-ball", angle=1e-5), FakeRuns(floor=1e-7))
@@ -138,7 +138,7 @@ def test_rounding_is_recognised() -> None:
 
 def test_measuring_that_would_take_too_long_is_refused_before() -> None:
     runs = FakeRuns(stage=1.0)
-    with pytest.raises(SceneError, match="more than 300 s of CPU time.*shorter duration"):
+    with pytest.raises(SceneError, match="300 s of CPU time"):
         cheapest(wished("one-ball", angle=1e-6), runs)
     assert len(runs.seen) == 2, "two probes were enough to see it"
 

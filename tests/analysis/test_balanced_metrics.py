@@ -171,9 +171,7 @@ def test_a_scene_keeps_its_criterion_and_needs_none() -> None:
     own = load_scene("thesis-hold", ["balanced.residual_unbalance=0.3"])
     assert own.as_mapping()["balanced"] == {"residual_unbalance": 0.3}
     assert check_scene(own.as_mapping(), "again") == own
-    with pytest.raises(
-        ab_sim.SceneError, match="balanced.residual_unbalance = 0: must be more than 0"
-    ):
+    with pytest.raises(ab_sim.SceneError, match="balanced.residual_unbalance = 0: must be"):
         load_scene("thesis-hold", ["balanced.residual_unbalance=0"])
 
 
@@ -201,9 +199,9 @@ def needed(watch: Any) -> set[Any]:
 
 
 def test_names_are_a_list(scene: Any) -> None:
-    with pytest.raises(ab_sim.InputError, match=r"keys = 'final_speed': must be a list"):
+    with pytest.raises(ab_sim.InputError, match="keys = 'final_speed': "):
         ab_sim.metrics_of(made(balls=2), scene(), "final_speed")
-    with pytest.raises(ab_sim.InputError, match="trajectory: has no samples"):
+    with pytest.raises(ab_sim.InputError, match="^trajectory: has no samples"):
         ab_sim.metrics_of(made(balls=2).last(0), scene())
 
 
@@ -225,7 +223,7 @@ def test_the_repr_has_names_that_can_be_asked_for(scene: Any) -> None:
 
 
 def test_a_share_of_the_run_without_balls_is_of_run_alone(scene: Any) -> None:
-    with pytest.raises(ab_sim.InputError, match="which only `ab-sim run` makes; use final_whirl"):
+    with pytest.raises(ab_sim.InputError, match="only `ab-sim run` makes; use final_whirl"):
         metrics_of(at_rest(0.0), scene(), ["final_whirl_relative_to_no_balls"])
 
 

@@ -326,7 +326,7 @@ def test_a_deck_held_along_the_shaft_only() -> None:
 
 def test_a_deck_that_falls_has_no_modes() -> None:
     raw = {**SYMMETRIC.as_mapping(), "mounts": []}
-    with pytest.raises(SceneError, match="no place was found where the mounts hold"):
+    with pytest.raises(SceneError, match="effects.gravity: no place"):
         vibration_of(made(raw, {"effects": {"gravity": {"tilt": 0.0}}}))
 
 

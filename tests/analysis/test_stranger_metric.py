@@ -127,22 +127,20 @@ def test_only_what_is_asked_for_is_computed(scene: Any) -> None:
     metrics = metrics_of(run, scene(), ["in_band_from", KEY])
     assert list(metrics.report()) == ["in_band_from", KEY]
     assert metrics["in_band_from"] == metrics_of(run, scene()).in_band_from
-    with pytest.raises(ab_sim.InputError, match="'peak_time': was not computed for this run"):
+    with pytest.raises(ab_sim.InputError, match="'peak_time': was not computed"):
         metrics.of(Metrics.peak_time)
     assert (passes_of([KEY]), passes_of(["in_band_from"]), passes_of()) == (1, 2, 2)
 
 
 def test_what_is_no_metric_names_the_nearest(scene: Any) -> None:
     run = made(balls=2)
-    with pytest.raises(
-        ab_sim.InputError, match="'peak_wirl_over_e'.*did you mean 'peak_whirl_over_e'"
-    ):
+    with pytest.raises(ab_sim.InputError, match="'peak_wirl_over_e'.*mean 'peak_whirl_over_e'"):
         metrics_of(run, scene(), ["peak_wirl_over_e"])
     with pytest.raises(ab_sim.InputError, match="'residual'"):
         metrics_of(run, scene())["residual"]
     with pytest.raises(ValueError, match="registered twice"):
         ab_sim.register_metric("peak_time", meaning="taken")(LargestAcceleration)
-    with pytest.raises(ab_sim.InputError, match="better = 'less': must be one of smaller, larger"):
+    with pytest.raises(ab_sim.InputError, match="better = 'less': .*smaller, larger"):
         ab_sim.register_metric("mine", meaning="mine", better="less")
 
 

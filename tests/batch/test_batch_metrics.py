@@ -233,17 +233,15 @@ def test_samples_are_kept_beside_metrics_if_asked_for(scene: Any) -> None:
 
 def test_what_is_asked_of_a_batch_is_checked(scene: Any) -> None:
     base = short(scene)
-    with pytest.raises(
-        InputError, match="every = 7: selects the samples to keep, but none are kept"
-    ):
+    with pytest.raises(InputError, match="every = 7: "):
         simulate_batch(base, [{}], 7, metrics=KEYS)
-    with pytest.raises(InputError, match="metric 'peak_wirl': no such metric"):
+    with pytest.raises(InputError, match="metric 'peak_wirl': no such"):
         simulate_batch(base, [{}], metrics=["peak_wirl"])
     for uneven in ({"balls.mass": [1e-3], "rotor.eccentricity": []}, {"balls.mass": 1e-3}, {}):
-        with pytest.raises(InputError, match="must be a list with one mapping per run"):
+        with pytest.raises(InputError, match="^variations = .*one mapping per run"):
             simulate_batch(base, uneven)
     batch = simulate_batch(base, [{}, {}], metrics=["final_whirl_over_e"])
-    with pytest.raises(InputError, match="has no samples to be drawn"):
+    with pytest.raises(InputError, match="^batch: has no samples"):
         batch.plot()
     assert list(batch.to_dataframe()) == ["final_whirl_over_e", "failure"]
 

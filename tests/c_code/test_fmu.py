@@ -137,7 +137,7 @@ def test_without_a_compiler_it_has_its_sources(plane: Fmu, monkeypatch: pytest.M
 
 def test_a_compiler_that_fails_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(made_by, "FLAGS", ("--no-such-flag",))
-    with pytest.raises(InputError, match=r"cannot build the FMU's binary: .*no-such-flag"):
+    with pytest.raises(InputError, match="FMU's binary: .*no-such-flag"):
         made_by._binary({"drive.c": "", "fmu.c": ""})
 
 

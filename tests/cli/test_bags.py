@@ -31,9 +31,7 @@ def test_there_and_back(here: Path) -> None:
     assert (back.returncode, back.stdout) == (0, "100 samples\n") and "wrote bag.rrd" in back.stderr
     samples = read_recording(here / "bag.rrd").samples
     assert samples.tobytes() == read_recording(here / "run.rrd").samples.tobytes()
-    with pytest.raises(
-        InputError, match=r"bag.rrd: exists already; to replace it, add --out bag.rrd"
-    ):
+    with pytest.raises(InputError, match="bag.rrd: exists already; .* --out bag.rrd"):
         import_command(ImportOptions(Path("bag")))
     import_command(ImportOptions(Path("bag"), Path("bag.rrd")))
 
@@ -42,23 +40,23 @@ def test_what_cannot_be_exported(here: Path) -> None:
     file, bag = Path("run.rrd"), Path("bag")
     Path("there").mkdir()
     for mcap, namespace, rate, match in (
-        (Path("bag.mcap"), "/", None, r"a bag is a folder, with a file bag.mcap in it.*e.g. bag"),
-        (Path("there"), "/", None, "--mcap there: exists already; name a new folder"),
+        (Path("bag.mcap"), "/", None, r"a bag is a folder, .*e.g. bag"),
+        (Path("there"), "/", None, "--mcap there: exists already"),
         (Path("no/bag"), "/", None, "there is no folder no"),
-        (bag, "/", 0.0, "--rate 0: messages a second, must be more than 0"),
+        (bag, "/", 0.0, "--rate 0: messages a second"),
         (bag, "/", float("nan"), "--rate nan"),
-        (bag, "a b", None, "--namespace a b: must be words between slashes"),
+        (bag, "a b", None, "--namespace a b: "),
     ):
         with pytest.raises(InputError, match=match):
             export_command(ExportOptions(file, mcap=mcap, namespace=namespace, rate=rate))
     with pytest.raises(RecordingError, match="no such file"):
         export_command(ExportOptions(Path("no.rrd"), mcap=bag))
-    with pytest.raises(InputError, match="a bag has the whole recording"):
+    with pytest.raises(InputError, match="--every, .*whole recording"):
         export_command(ExportOptions(file, mcap=bag, every=2))
     from ab_sim.record.recording import Recording
 
     Recording("empty.rrd", description=describe()).close()
-    with pytest.raises(RecordingError, match="no samples: there is nothing to export"):
+    with pytest.raises(RecordingError, match="recording has no samples"):
         export_command(ExportOptions(Path("empty.rrd"), mcap=bag))
     assert not bag.exists()
 
@@ -68,13 +66,13 @@ def test_what_cannot_be_imported_or_replayed(here: Path) -> None:
     export_of(here / "bag", describe(), names, samples)
     for bag, out, match in (
         ("no", None, "no such folder or file"),
-        ("run.rrd", None, "must be a folder written by rosbag2"),
+        ("run.rrd", None, "a folder written by rosbag2"),
         ("bag", Path("out.mcap"), "--out out.mcap: must end in .rrd"),
         ("bag", Path("no/out.rrd"), "there is no folder no"),
     ):
         with pytest.raises((InputError, RecordingError), match=match):
             import_command(ImportOptions(Path(bag), out))
-    with pytest.raises(InputError, match="--rate -1: playback speed factor"):
+    with pytest.raises(InputError, match="--rate -1: "):
         replay_command(ReplayOptions(Path("bag"), -1.0))
 
 

@@ -64,19 +64,19 @@ def test_bad_input_exits_with_2_and_leaves_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"speed": math.nan}, "speed = nan rad/s: must be from 1e-6 to 100000"),
-        ({"speed": 0.0}, "repeat with every turn of the spindle"),
-        ({"over": "speed"}, "must be KEY=from:to:count, e.g. speed=100:500:41"),
-        ({"over": "speed=1:nan:3"}, "with two different numbers"),
-        ({"over": "speed=1:2:1"}, "a count within 2 to 10000"),
+        ({"speed": math.nan}, "speed = nan rad/s: must be"),
+        ({"speed": 0.0}, "repeat with every turn"),
+        ({"over": "speed"}, "must be KEY=from:to:count"),
+        ({"over": "speed=1:nan:3"}, "two different numbers"),
+        ({"over": "speed=1:2:1"}, "within 2 to 10000"),
         ({"over": "speed=100:0:2"}, "speed = 0 rad/s: must be from"),
         ({"over": "race.radus=1:2:3"}, "did you mean 'radius'?"),
         ({"over": "speed=1:2:3", "speed": 4.0}, "give one of them"),
-        ({"plot": Path("p.bmp")}, "must end in one of .png, .svg, .pdf"),
+        ({"plot": Path("p.bmp")}, ".png, .svg, .pdf"),
         ({"json": "no/r.json"}, "there is no folder"),
         (
             {"change": ["effects.rolling_friction={arm: 1e-6}", "balls.radius=0.001"]},
-            "remove effects with events: --set effects.rolling_friction=",
+            "--set effects.rolling_friction=",
         ),
     ],
 )

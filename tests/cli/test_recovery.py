@@ -52,7 +52,7 @@ def test_what_does_not_settle_is_null_and_said() -> None:
     "text", ["0.5:0.1:5", "0:0.1:5", "nan:1:5", "0.1:inf:5", "0.1:0.5:1", "0.1:0.5:1001", "0.1,0.5"]
 )
 def test_drags_that_are_none_are_refused(text: str) -> None:
-    with pytest.raises(InputError, match=f"--drags {text}: must be first:last:count, two rising"):
+    with pytest.raises(InputError, match=f"--drags {text}: must be first:last:count"):
         drags_of(text)
 
 

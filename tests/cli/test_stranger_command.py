@@ -102,7 +102,7 @@ def test_files_are_written_independently(tmp_path: Path) -> None:
         writes={"--out": refuse, "--html": write},
     )
     outputs = (tmp_path / "out.yaml", (".yaml",), "--out"), (page, ("",), "--html")
-    with pytest.raises(InputError, match=r"--out .*out.yaml: cannot be written: the disk is full"):
+    with pytest.raises(InputError, match=r"--out .*out.yaml: .*disk is full"):
         Command(lambda _: outcome, outputs=outputs).run(str(report))
     assert page.read_text() == "whole" and rows == ["shown"]
     assert json.loads(report.read_text()) == {

@@ -108,15 +108,15 @@ def test_more_arguments_can_be_bound() -> None:
     assert third(2.0, out) == 6.5 and out[3, 0] == 6.0
     assert third.bind(4.0)(out) == 12.5
     assert bound(2, 2.0, out) == 4.5, "what it was made of is as it was"
-    with pytest.raises(TypeError, match="scaled: by must be float, not 'a'"):
+    with pytest.raises(TypeError, match="scaled: by .* float, not 'a'"):
         third("a", out)
-    with pytest.raises(TypeError, match="scaled: takes 4 arguments, 3 are given"):
+    with pytest.raises(TypeError, match="scaled: takes 4 .*, 3 are"):
         third(2.0)
-    with pytest.raises(TypeError, match="scaled: k must be int, not 1.5"):
+    with pytest.raises(TypeError, match="scaled: k .* int, not 1.5"):
         bound.bind(1.5)
-    with pytest.raises(TypeError, match="scaled: by must be float, -1.79.* to 1.79.*, not 1000"):
+    with pytest.raises(TypeError, match="scaled: by .* float, -1.79.* to 1.79.*, not 1000"):
         third.bind(10**400)
-    with pytest.raises(TypeError, match="scaled: takes 4 arguments, 5 are given"):
+    with pytest.raises(TypeError, match="scaled: takes 4 .*, 5 are"):
         third.bind(2.0, out, 1)
 
 
@@ -124,7 +124,7 @@ def test_a_kept_array_is_an_array() -> None:
     bound, kept = compiled(scaled).bind(whole()), KeptArray(np.zeros((5, 2)))
     assert bound(3, 2.0, kept) == 6.5 and kept.array[3, 0] == 6.0
     for other in (np.zeros(5), np.zeros((5, 2), int)):
-        with pytest.raises(TypeError, match="scaled: out must be a 2-D array of floats"):
+        with pytest.raises(TypeError, match="scaled: out .* 2-D array of floats"):
             bound(3, 2.0, KeptArray(other))
     with pytest.raises(TypeError, match="C-contiguous"):
         KeptArray(np.zeros((2, 5)).T)
@@ -147,30 +147,30 @@ def test_all_kinds_of_arguments_and_results() -> None:
     assert type(compiled(sums)(1, 2, False, own, counts)[0]) is bool
     assert compiled(is_more)(2.0, 1.0) is True and compiled(is_more)(1.0, 1.0) is False
     assert compiled(halves)(-2.0, 2**40) == 2**40 - 4
-    with pytest.raises(Untranslatable, match="an array as a result"):
+    with pytest.raises(Untranslatable, match="array as a result"):
         compiled(of_all_kinds)(1.0, 2, True, own)
 
 
 WRONG: list[tuple[Any, tuple[Any, ...], str]] = [
-    (whole(), ("a", 1.0, np.zeros((5, 2))), "scaled: k must be int, not 'a'"),
-    (whole(), (1.0, 1.0, np.zeros((5, 2))), "scaled: k must be int, not 1.0"),
+    (whole(), ("a", 1.0, np.zeros((5, 2))), "scaled: k .* int, not 'a'"),
+    (whole(), (1.0, 1.0, np.zeros((5, 2))), "scaled: k .* int, not 1.0"),
     (
         whole(),
         (2**63, 1.0, np.zeros((5, 2))),
         "k must be int, .*to 9.22.*, not 9223372036854775",
     ),
-    (whole(), (1, 10**400, np.zeros((5, 2))), r"scaled: by must be float, .*to 1.79.*, not 1000.*"),
-    (whole(), (1, -(10**5000), np.zeros((5, 2))), "not <int of too many digits to write>"),
+    (whole(), (1, 10**400, np.zeros((5, 2))), r"scaled: by .* float, .*to 1.79.*, not 1000"),
+    (whole(), (1, -(10**5000), np.zeros((5, 2))), "not <int of too many digits"),
     (Whole(whole().own._replace(scale=10**400), 1), (), "whole.own.scale must be float, .*1.79"),
-    (whole(), (1, None, np.zeros((5, 2))), "scaled: by must be float, not None"),
-    (whole(), (1, 1.0, np.zeros(5)), r"scaled: out must be a 2-D array of floats.*shape \(5,\)"),
+    (whole(), (1, None, np.zeros((5, 2))), "scaled: by .* float, not None"),
+    (whole(), (1, 1.0, np.zeros(5)), r"scaled: out .* 2-D array .*shape \(5,\)"),
     (whole(), (1, 1.0, np.zeros((5, 2), int)), "not int64"),
     (whole(), (1, 1.0, np.zeros((5, 2), ">f8")), "not >f8"),
     (whole(), (1, 1.0, np.zeros((2, 5)).T), r"C-contiguous.*strides \(8, 40\)"),
     (whole(), (1, 1.0, [[0.0]]), "not list"),
-    (whole(), (1, 1.0), "scaled: takes 4 arguments, 3 are given"),
-    (whole(), (1, 1.0, np.zeros((5, 2)), 3), "takes 4 arguments, 5 are given"),
-    (whole().own, (1, 1.0, np.zeros((5, 2))), "scaled: whole must be a Whole, not Own"),
+    (whole(), (1, 1.0), "scaled: takes 4 .*, 3 are"),
+    (whole(), (1, 1.0, np.zeros((5, 2)), 3), "takes 4 .*, 5 are"),
+    (whole().own, (1, 1.0, np.zeros((5, 2))), "scaled: whole .* Whole, not Own"),
     (whole()._replace(count=1.5), (1, 1.0, np.zeros((5, 2))), "whole.count must be int"),
     (Whole(whole().own._replace(x=np.zeros(9)[::2]), 1), (), "whole.own.x must be a 1-D"),
 ]

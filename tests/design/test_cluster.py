@@ -108,7 +108,7 @@ def test_a_worker_of_other_sources_is_refused(tmp_path: Path) -> None:
         assert "would not give the same bits" in answer.read_text()
         small.kill_worker()
         small.add_worker(without="ab_sim")
-        with pytest.raises(ClusterUnusable, match="a worker has no ab_sim"):
+        with pytest.raises(ClusterUnusable, match="worker has no ab_sim"):
             with Cluster(small.address) as each:
                 list(each.each(calls.where, range(3)))
 
@@ -128,7 +128,7 @@ def _ask(path: Path, address: str, answer: Path) -> None:
     "address", ["", "nonsense", "host:", "host:0", "host:x", "host:99999", "http://a:1", "a:1/x"]
 )
 def test_an_address_that_cannot_be_one_is_refused(address: str) -> None:
-    with pytest.raises(InputError, match=r"must be HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT"):
+    with pytest.raises(InputError, match="must be HOST:PORT, tcp://HOST:PORT"):
         Cluster(address)
 
 
@@ -140,10 +140,10 @@ def test_addresses() -> None:
 def test_where_nobody_listens_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ab_sim.design.cluster.ANSWERS", 1.0)
     address = f"tcp://127.0.0.1:{free_port()}"
-    with pytest.raises(ClusterUnusable, match=f"^{address}: no Dask scheduler answers"):
+    with pytest.raises(ClusterUnusable, match=f"^{address}: no Dask scheduler"):
         with Cluster(address) as each:
             list(each.each(calls.where, range(3)))
-    with pytest.raises(ClusterUnusable, match="no Dask scheduler answers"):
+    with pytest.raises(ClusterUnusable, match="no Dask scheduler"):
         with Cluster(address.replace("tcp", "tls")) as each:  # without certificates
             list(each.each(calls.where, range(3)))
 
@@ -220,7 +220,7 @@ def test_workers_and_a_scheduler_that_are_lost(
                 cluster.add_worker()
 
         each.waiting = add
-        with pytest.raises(WorkerLost, match="the same call has terminated 2 workers"):
+        with pytest.raises(WorkerLost, match="terminated 2 workers"):
             list(each.each(calls.killed, range(30, 31)))
         assert said == [f"waiting for workers at {cluster.address}"]
 
@@ -235,7 +235,7 @@ def test_workers_and_a_scheduler_that_are_lost(
             list(each.each(functools.partial(calls.slow, 2.0), range(200)))
     capfd.readouterr()
     cluster.add_worker()
-    with pytest.raises(WorkerLost, match="is gone; finished work is kept"):
+    with pytest.raises(WorkerLost, match="is gone; finished work"):
         with Cluster(cluster.address) as each:
             results = each.each(functools.partial(calls.slow, 0.1), range(200))
             next(results)

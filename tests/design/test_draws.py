@@ -183,11 +183,11 @@ def test_what_does_not_fit_the_scene_is_said(texts: tuple[str, ...], words: str)
     with pytest.raises(InputError) as raised:
         drawn(*texts)
     assert words in str(raised.value), raised.value
-    with pytest.raises(InputError, match="the scene no-ball has no balls"):
+    with pytest.raises(InputError, match="^start.ball_angles: .* no-ball has no balls"):
         drawn("start.ball_angles=random", scene=("no-ball",))
-    with pytest.raises(InputError, match="mounts has 4 entries, mounts.0 to mounts.3, and no '4'"):
+    with pytest.raises(InputError, match="mounts.0 to mounts.3, and no '4'"):
         drawn("mounts.4.stiffness=5%", scene=("feeding-deck",))
-    with pytest.raises(InputError, match="balls.mass.1: lies within balls.mass, which varies, too"):
+    with pytest.raises(InputError, match="balls.mass.1: lies within balls.mass"):
         drawn("balls.mass=5%", "balls.mass.1=1%")
     with pytest.raises(InputError, match="0 runs: must be from 1"):
         drawn("balls.mass=5%", count=0)

@@ -308,7 +308,7 @@ def test_where_no_draw_is_a_scene_nothing_runs() -> None:
     with pytest.raises(SceneError, match="must be at least"):
         spread("thesis-hold", SpreadQuestion(10), over=("balls.mass=uniform:-2,-1",))
     other = ab_sim.load_scene("no-ball")
-    with pytest.raises(InputError, match="the scene no-ball has no balls"):
+    with pytest.raises(InputError, match="^balls.mass: .* no-ball has no balls"):
         spread("thesis-hold", SpreadQuestion(10, against=other), over=("balls.mass=5%",))
 
 
@@ -322,7 +322,7 @@ def test_rows_have_what_was_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_spread_that_is_a_number_is_one_error() -> None:
-    with pytest.raises(InputError, match="spread of balls.mass = 0.05: must be a text such as"):
+    with pytest.raises(InputError, match="spread of balls.mass = 0.05: "):
         ab_sim.robust("balanced-start-up", {"balls.mass": 0.05})  # type: ignore[dict-item]
 
 

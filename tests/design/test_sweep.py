@@ -123,7 +123,7 @@ def test_two_at_once_do_not_work_twice(folder: Path) -> None:
     scene = ab_sim.load_scene("thesis-hold", SMOOTH)
 
     def begin_another(*_: object) -> None:
-        with pytest.raises(InputError, match="another process is computing the same sweep"):
+        with pytest.raises(InputError, match="computing the same sweep"):
             run_sweep(scene, points, METRICS)
 
     run_sweep(scene, points, METRICS, tell=begin_another)
@@ -242,6 +242,6 @@ def test_a_small_file_of_too_many_rows_is_refused_by_its_head(tmp_path: Path) ->
             writer.write_table(table)
     assert file.stat().st_size < 50_000
     before = pyarrow.total_allocated_bytes()
-    with pytest.raises(InputError, match="has 10485760 rows; must have at most 10000000"):
+    with pytest.raises(InputError, match="has 10485760 rows; .* 10000000"):
         open_sweep(file)
     assert pyarrow.total_allocated_bytes() - before < 1 << 20

@@ -187,9 +187,9 @@ def test_ranges_with_scenes_in_their_middle_only_are_searched() -> None:
 def test_ranges_without_any_scene_are_refused() -> None:
     with pytest.raises(SceneError, match="must be at least"):
         tuned("thesis-hold", ("balls.mass=-2..-1",), "peak_whirl_over_e")
-    with pytest.raises(InputError, match="either to minimise or to maximise"):
+    with pytest.raises(InputError, match="^aim: .*minimise or to maximise"):
         aim_of(None, None)
-    with pytest.raises(InputError, match="runs = 3: must be from 16"):
+    with pytest.raises(InputError, match="^runs = 3: must be from 16"):
         tuned("thesis-hold", ("balls.mass=1 g..2 g",), "peak_whirl_over_e", runs=3)
 
 
@@ -262,7 +262,7 @@ def test_with_a_spread_most_drives_are_good_not_the_drawing() -> None:
 
 
 def test_spreads_that_cannot_be_are_refused() -> None:
-    with pytest.raises(InputError, match="did you mean 'balls.mass'"):
+    with pytest.raises(InputError, match="mean 'balls.mass'"):
         ab_sim.tune("thesis-hold", {"race.radius": (0.01, 0.02)}, minimise="peak_whirl_over_e",
                     spread={"balls.masss": "5%"})  # fmt: skip
     with pytest.raises(InputError, match="must be from 512"):

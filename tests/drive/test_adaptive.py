@@ -102,7 +102,7 @@ def test_a_snapshot_of_no_such_start_up_is_refused(adaptive: Scene, scene: Scene
         with pytest.raises(ValueError, match=words):
             drive.restore(drive.snapshot()._replace(controller=numbers))
     plain = Drive(scene())
-    with pytest.raises(ValueError, match="of a drive with a profile controller"):
+    with pytest.raises(ValueError, match="with a profile controller"):
         plain.restore(plain.snapshot()._replace(controller=drive.snapshot().controller))
     assert plain.steps == 0 and drive.steps == 50
 

@@ -76,7 +76,7 @@ def test_a_race_off_the_shaft_stays_where_it_is(scene: Any) -> None:
 
 
 def test_no_such_disc(scene: Any) -> None:
-    with pytest.raises(SceneError, match=r"rotor.eccentricity = 1e-13 m: must be 0 or at least"):
+    with pytest.raises(SceneError, match="rotor.eccentricity = 1e-13 m: "):
         with_disc(scene(), 1e-13, 0.0)
-    with pytest.raises(SceneError, match="disc_angle = 1 rad: rotor.inertia of couple-unbalance"):
+    with pytest.raises(SceneError, match="disc_angle = 1 rad: rotor.inertia of"):
         with_disc(load_scene("couple-unbalance"), 1e-4, 1.0)

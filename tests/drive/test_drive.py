@@ -79,7 +79,7 @@ def test_keeping_some_steps_only_is_leaving_out_the_others(
 
 def test_samples_that_do_not_fit_are_refused_before_any_is_taken(scene: Any) -> None:
     drive = Drive(scene())
-    with pytest.raises(ValueError, match="at most 16666666 fit; keep fewer with every") as caught:
+    with pytest.raises(ValueError, match="at most 16666666 fit") as caught:
         drive.advance(10**12)
     assert drive.steps == 0
     named = re.search(r"with every = (\d+) or more", str(caught.value))
@@ -105,7 +105,7 @@ def test_an_int_beyond_all_floats_is_refused_shortly(scene: Any, digits: int) ->
 
 
 def test_an_unknown_channel_is_named_with_the_nearest(scene: Any) -> None:
-    with pytest.raises(KeyError, match=r"no channel 'sped'; did you mean 'speed'\?; there are: st"):
+    with pytest.raises(KeyError, match=r"'sped'; did you mean 'speed'\?; .*: step"):
         Drive(scene()).present()["sped"]
 
 
@@ -157,7 +157,7 @@ def test_snapshot_is_not_touched_by_what_follows(scene: Any) -> None:
 
 
 def test_snapshot_of_another_drive_is_refused(scene: Any) -> None:
-    with pytest.raises(ValueError, match="other balls, step or energy balance"):
+    with pytest.raises(ValueError, match="other balls, step"):
         Drive(scene()).restore(Drive(scene(balls={"count": 3})).snapshot())
 
 
@@ -302,9 +302,9 @@ def test_observing_across_a_breakpoint(scene: Any, with_hold: Any) -> None:
 
 
 def test_advance_refuses_to_go_back(scene: Any) -> None:
-    with pytest.raises(ValueError, match="every = 0: must be at least 1"):
+    with pytest.raises(ValueError, match="every = 0: .* at least 1"):
         Drive(scene()).advance(1, every=0)
-    with pytest.raises(ValueError, match="steps = -1: must be at least 0"):
+    with pytest.raises(ValueError, match="steps = -1: .* at least 0"):
         Drive(scene()).advance(-1)
     assert len(Drive(scene()).advance(0)) == 0
 
@@ -313,9 +313,9 @@ def test_advance_refuses_to_go_back(scene: Any) -> None:
 def test_advance_takes_whole_numbers_only(scene: Any, number: Any) -> None:
     """One of them is not taken for the 1 that live drives ask for, which goes a short way."""
     drive = Drive(scene())
-    with pytest.raises(TypeError, match="steps = .*: must be a whole number, at least 0"):
+    with pytest.raises(TypeError, match="steps = .*: .*whole number, at least 0"):
         drive.advance(number)
-    with pytest.raises(TypeError, match="every = .*: must be a whole number, at least 1"):
+    with pytest.raises(TypeError, match="every = .*: .*whole number, at least 1"):
         drive.advance(1, number)
     assert drive.steps == 0
 
@@ -332,12 +332,12 @@ def test_no_ledger_no_energy(scene: Any) -> None:
 
 
 def test_ledger_needs_the_acceleration_terms(scene: Any) -> None:
-    with pytest.raises(SceneError, match="needs the effect spindle_acceleration"):
+    with pytest.raises(SceneError, match="the effect spindle_acceleration"):
         Drive(scene(effects={"spindle_acceleration": None}), energy_balance=True)
 
 
 def test_snapshot_of_another_step_is_refused(scene: Any) -> None:
-    with pytest.raises(ValueError, match="balls, step or energy balance"):
+    with pytest.raises(ValueError, match="other balls, step"):
         Drive(scene()).restore(Drive(scene(solver={"step": 5e-4})).snapshot())
 
 

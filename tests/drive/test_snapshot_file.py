@@ -49,7 +49,7 @@ def test_a_file_is_replaced_whole(saved: tuple[Scene, Drive, Path]) -> None:
 def test_what_goes_on_from_it_counts(saved: tuple[Scene, Drive, Path]) -> None:
     """Commands under way are kept with the drive: other sources would take them otherwise."""
     chosen, drive, path = saved
-    with pytest.raises(InputError, match="would not continue with the same bits; save it again"):
+    with pytest.raises(InputError, match="not continue with the same"):
         read_snapshot(path, chosen, "ab_sim.nodes.command_path")
     write_snapshot(path, chosen, drive.snapshot(), {}, "ab_sim.nodes.command_path")
     assert read_snapshot(path, chosen, "ab_sim.nodes.command_path")[0].steps == 777
@@ -57,7 +57,7 @@ def test_what_goes_on_from_it_counts(saved: tuple[Scene, Drive, Path]) -> None:
 
 def test_another_scene_is_refused_by_name(saved: tuple[Scene, Drive, Path], scene: Any) -> None:
     other = scene(sensors=SENSORS, balls={"mass": 2e-3}, rotor={"eccentricity": 2e-4})
-    with pytest.raises(InputError, match=r"another scene, which differs in balls.mass, rotor.ecc"):
+    with pytest.raises(InputError, match="differs in balls.mass, rotor.ecc"):
         read_snapshot(saved[2], other)
 
 
@@ -135,7 +135,7 @@ def test_what_does_not_fit_the_drive_changes_nothing(saved: tuple[Scene, Drive, 
         kept._replace(steps=3, pickups={"rear": front}),
         kept._replace(steps=3, pickups={"front": front._replace(force=front.force[:1])}),
     ):
-        with pytest.raises(ValueError, match="the snapshot is of a drive with other"):
+        with pytest.raises(ValueError, match="a drive with other"):
             drive.restore(other)
         assert drive.observe().steps == before.steps
 
@@ -144,7 +144,7 @@ def test_what_does_not_fit_the_drive_changes_nothing(saved: tuple[Scene, Drive, 
 def test_no_snapshot_at_all(saved: tuple[Scene, Drive, Path], content: str) -> None:
     chosen, _, path = saved
     path.write_text(content)
-    with pytest.raises(InputError, match="is damaged, or not a snapshot|no snapshot of ab_sim"):
+    with pytest.raises(InputError, match="not a snapshot|no snapshot"):
         read_snapshot(path, chosen)
 
 
@@ -211,7 +211,7 @@ def test_numbers_beyond_all_bounds_are_refused(
             drive[key][at % len(drive[key])] = value
 
     mutated(path, change)
-    with pytest.raises(InputError, match="holds no state of a drive") as refused:
+    with pytest.raises(InputError, match="holds no state") as refused:
         read_snapshot(path, chosen)
     assert words in str(refused.value) and "\n" not in str(refused.value)
 
@@ -223,7 +223,7 @@ def test_no_other_file_is_overwritten(
     chosen, drive, _ = saved
     other = tmp_path / "settings.json"
     other.write_text(text)
-    with pytest.raises(InputError, match="the existing file is not an ab_sim snapshot"):
+    with pytest.raises(InputError, match=f"{other}: .*existing file"):
         write_snapshot(other, chosen, drive.snapshot(), {})
     assert other.read_text() == text
 
@@ -232,6 +232,6 @@ def test_no_link_is_followed(saved: tuple[Scene, Drive, Path], tmp_path: Path) -
     chosen, drive, path = saved
     before, link = path.read_bytes(), tmp_path / "link.json"
     link.symlink_to(path)
-    with pytest.raises(InputError, match="is a symbolic link; name the file itself"):
+    with pytest.raises(InputError, match="is a symbolic link"):
         write_snapshot(link, chosen, drive.snapshot(), {})
     assert path.read_bytes() == before and link.is_symlink()

@@ -95,10 +95,10 @@ def test_balls_that_overlap_across_a_turn_are_refused_with_their_distance(
 
 
 def test_balls_that_do_not_fit_are_told_the_length_of_the_race() -> None:
-    with pytest.raises(SceneError, match=r"need 0\.06411 m of the race's 0\.06283 m"):
+    with pytest.raises(SceneError, match=r"0\.06411 m of .* 0\.06283 m"):
         crowd({"lobe": 2e-3}, None, *[1e-3] * 32)
 
 
 def test_a_race_that_is_not_convex_is_refused_before_balls_are_placed_on_it() -> None:
-    with pytest.raises(SceneError, match=r"race_runout.lobe = 0.008 m: must be at most a quarter"):
+    with pytest.raises(SceneError, match="race_runout.lobe = 0.008 m: .* a quarter"):
         crowd({"lobe": 8e-3}, None, *[1e-3] * 8)

@@ -177,7 +177,7 @@ def test_keys_schema_and_check_know_it(tmp_path: Path) -> None:
 
 def test_what_it_does_not_say_is_refused_where_it_is_asked_for() -> None:
     scene = ab_sim.load_scene(SCENE, [f"deck_model={NAME}"])
-    with pytest.raises(SceneError, match="deck_model: OnFixedAxes does not define its free motion"):
+    with pytest.raises(SceneError, match="deck_model: OnFixedAxes .* free motion"):
         ab_sim.modes(scene)
 
 
@@ -190,10 +190,7 @@ def test_it_is_written_as_c() -> None:
 
 
 def refused_for(asked: str) -> str:
-    return re.escape(
-        f"deck_model = {NAME!r}: {asked} needs the equations of a built-in deck model; allowed "
-        "here: in_space, planar; take deck_model out of the scene (--set deck_model=), or "
-    )
+    return re.escape(f"deck_model = {NAME!r}: {asked} needs the equations")
 
 
 @pytest.mark.parametrize(
@@ -233,10 +230,10 @@ def test_faults_that_do_not_are_as_on_a_deck_of_the_package() -> None:
 @pytest.mark.parametrize(
     ("scene", "name", "words"),
     [
-        (SCENE, "planr", "no such deck model; did you mean 'planar'?; known are: in_space, on_"),
-        (SCENE, IN_SPACE, "moves in space; describe the deck"),
-        ("couple-unbalance", PLANAR, "moves in the plane of the disc, and the scene has a deck in"),
-        ("couple-unbalance", NAME, "moves in the plane of the disc, and the scene has a deck in"),
+        (SCENE, "planr", "no such deck model; did you mean 'planar'?"),
+        (SCENE, IN_SPACE, "moves in space"),
+        ("couple-unbalance", PLANAR, "moves in the plane"),
+        ("couple-unbalance", NAME, "moves in the plane"),
     ],
 )
 def test_a_name_that_does_not_fit_is_refused(scene: str, name: str, words: str) -> None:
@@ -253,5 +250,5 @@ def test_the_usual_ones_have_names_too(scene: str, name: str) -> None:
 
 def test_a_name_and_a_class_are_there_once() -> None:
     for name, kind in ((NAME, tuple), ("other", OnFixedAxes)):
-        with pytest.raises(ValueError, match="registered twice|its class is that of"):
+        with pytest.raises(ValueError, match="registered twice|class is that"):
             register_deck_model(name, kind, DeckFromScene(make, start, yields))

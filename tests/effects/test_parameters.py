@@ -115,7 +115,7 @@ def test_a_deck_that_is_pulled_aside_needs_any_stiffness(
 def test_a_deck_that_nothing_holds_is_not_pulled_aside(
     scene: SceneMaker, effects: dict[str, Any]
 ) -> None:
-    with pytest.raises(SceneError, match="effects.gravity: pulls the deck aside"):
+    with pytest.raises(SceneError, match="effects.gravity: pulls the deck"):
         scene(effects={**EDGE, **effects})
 
 
@@ -125,16 +125,16 @@ def test_a_deck_in_space_may_fall() -> None:
 
 
 def test_there_is_one_linear_suspension(scene: SceneMaker) -> None:
-    with pytest.raises(SceneError, match="unequal_suspension: replaces the effect suspension"):
+    with pytest.raises(SceneError, match="unequal_suspension: replaces the effect"):
         scene(effects={"unequal_suspension": UNEQUAL})
 
 
 def test_a_motor_turns_something_and_is_felt(scene: SceneMaker) -> None:
     scene(effects={"motor": {**LOOP, "rotor_inertia": 1e-6}})
     odd("smooth", {"effects": {"motor": {**LOOP, "rotor_inertia": 0.0}}})
-    with pytest.raises(SceneError, match=r"rotor_inertia = 0\.0 kg m\^2: must be more than 0"):
+    with pytest.raises(SceneError, match=r"rotor_inertia = 0\.0 kg m\^2: must be"):
         scene(effects={"motor": {**LOOP, "rotor_inertia": 0.0}})
-    with pytest.raises(SceneError, match="effects.motor: needs the effect spindle_acceleration"):
+    with pytest.raises(SceneError, match="effects.motor: needs .* spindle_acceleration"):
         scene(effects={"motor": {**LOOP, "rotor_inertia": 1e-6}, "spindle_acceleration": None})
 
 
@@ -153,5 +153,5 @@ def test_balls_touch_within_one_race() -> None:
     start = {"ball_angles": [0.0, 1.0, 2.0, 3.0], "ball_rates": None}
     odd("smooth", {"effects": touching, "balls": {**balls, "race": 0}, "start": start})
     for races in ([0, 0, 1, 1], [0, 1, 0, 0]):
-        with pytest.raises(SceneError, match="where contacts are not modelled"):
+        with pytest.raises(SceneError, match="contacts are not modelled"):
             odd("smooth", {"effects": touching, "balls": {**balls, "race": races}, "start": start})

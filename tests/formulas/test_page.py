@@ -42,7 +42,7 @@ def test_the_planar_equations_in_print_have_all_that_effects_add(
 
 
 def test_a_page_without_places_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"docs/equations\.md: needs one place between"):
+    with pytest.raises(ValueError, match=r"docs/equations\.md: needs one place"):
         page_from_code("# nothing")
 
 

@@ -56,10 +56,10 @@ def test_rk8_is_refused_there_and_sound_at_the_step_that_is_named() -> None:
 
 @pytest.mark.parametrize("stepper", ["rk8", "auto"])
 def test_a_deck_of_next_to_no_mass_is_refused(stepper: str) -> None:
-    with pytest.raises(SceneError, match="no rk8 step of useful length is stable: lower the rate"):
+    with pytest.raises(SceneError, match="no rk8 step of useful"):
         Drive(of_mass(0.0499999999999, APART, solver={"stepper": stepper}))
 
 
 def test_balls_as_heavy_as_everything_are_refused() -> None:
-    with pytest.raises(SceneError, match="must be more than the 2 balls' 0.1 kg"):
+    with pytest.raises(SceneError, match="than the 2 balls' 0.1 kg"):
         of_mass(0.05, APART)

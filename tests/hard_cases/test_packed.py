@@ -58,7 +58,7 @@ def test_a_row_that_nothing_holds_breaks_up_into_impacts() -> None:
 
 
 def test_overlap_is_refused_with_a_start_that_works() -> None:
-    with pytest.raises(SceneError, match="leave the angles out to start in a packed row"):
+    with pytest.raises(SceneError, match="leave the angles out"):
         scene_of(effects=RUBBING, start={"ball_angles": [0.3, 0.3]})
     run(scene_of(effects=RUBBING), 0.1)
 

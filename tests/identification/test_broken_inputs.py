@@ -158,8 +158,8 @@ def test_a_small_parquet_of_many_rows_is_refused_by_its_head(tmp_path: Path) -> 
             file.write_table(pa.table([ones.dictionary_decode()] * 2, schema=schema))
     assert path.stat().st_size < 50_000
     before = pa.total_allocated_bytes()
-    with pytest.raises(InputError, match="has 3145728 rows; must be 1 to 1000000; cut the rec"):
+    with pytest.raises(InputError, match="has 3145728 rows; .* 1000000"):
         read_table(path)
     assert pa.total_allocated_bytes() - before < 1 << 20
-    with pytest.raises(InputError, match="is not a Parquet file of a sweep"):
+    with pytest.raises(InputError, match="not a Parquet file"):
         open_sweep(path)

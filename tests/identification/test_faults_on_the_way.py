@@ -66,15 +66,15 @@ def test_a_sound_drive_fits(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("fault", "says"),
     [
-        ("pickup drops 0.3", r"signals.0 \(pickup_1\): .* not finite numbers, the first at 1\.0"),
+        ("pickup drops 0.3", r"signals.0 \(pickup_1\): .* finite numbers, .* at 1\.0"),
         (
             "pickup drops",
-            r"1000 of 2001 samples .*, the first at 1.001 s, the longest gap, 1000 samples",
+            r"1000 of 2001 samples .* 1.001 s, the longest gap, 1000",
         ),
-        ("pickup saturates 0.5", r"is clipped: it stays at -?0.5 .*, the first at 1\.0"),
-        ("spindle drops", "speed: row 1001 is not a finite number, at 1.001 s"),
-        ("spindle saturates 140", "angle and its speed agree until 1.2 s, and differ by up to 40"),
-        ("spindle drifts 20", "angle and its speed agree until 1.2 s"),
+        ("pickup saturates 0.5", r"is clipped: .* -?0.5 .* at 1\.0"),
+        ("spindle drops", "speed: row 1001 .* at 1.001 s"),
+        ("spindle saturates 140", "agree until 1.2 s, .* up to 40"),
+        ("spindle drifts 20", "agree until 1.2 s"),
     ],
 )
 def test_a_sensor_that_fails_is_refused_with_its_sign(
@@ -89,7 +89,7 @@ def test_a_reading_that_hangs_is_refused(tmp_path: Path) -> None:
     table["ch2"][1200:] = table["ch2"][1200]
     maps = [drives.mapping(tmp_path)]
     file = drives.write(table, tmp_path / "hung.csv")
-    with pytest.raises(InputError, match=r"\(ch2\): repeats .* from 1.2 to 2 s, for .* turns"):
+    with pytest.raises(InputError, match=r"\(ch2\): repeats .* from 1.2 to 2 s"):
         ab_sim.identify([], drives.scene(GUESS), DECK, without_balls=[file], maps=maps)
 
 

@@ -106,8 +106,8 @@ def test_samples_and_rows_that_are_missing_are_counted(tmp_path: Path) -> None:
         ("t;x;y\n0,1;2,5;3,5\n", "separator is ';'"),
         ("t;x;y\n0.1;2.5;3.5\n", "separator is ';'"),
         ("t,x,y\n0,1,2,5,3,5\n0,2,2,5,3,5\n", "decimal commas"),
-        ("t,x,y\n0.1,2.5,3.5\n0.2,2.5\n", "line 3, the last, is torn: it has 2 of 3 columns"),
-        ("0.0,0.0,0.0\n0.1,2.5,3.5\n", "first line is numbers; must name the columns"),
+        ("t,x,y\n0.1,2.5,3.5\n0.2,2.5\n", "line 3, .* 2 of 3 columns"),
+        ("0.0,0.0,0.0\n0.1,2.5,3.5\n", "first line is numbers"),
         ("t,x,x\n0.1,2.5,3.5\n", "two columns 'x'"),
     ],
 )
@@ -154,9 +154,9 @@ def test_a_fit_s_covariance_is_a_spread(tmp_path: Path) -> None:
         ([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "not positive definite"),
         (
             [[math.nan, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            "has a variance that is not above 0",
+            "variance that is not above 0",
         ),
-        ([[1.0]], "is not what `ab-sim identify --json` writes"),
+        ([[1.0]], "what `ab-sim identify --json` writes"),
     ],
 )
 def test_what_is_no_fit_is_refused(tmp_path: Path, values: list[list[float]], says: str) -> None:

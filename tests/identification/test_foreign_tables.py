@@ -70,7 +70,7 @@ def test_numbers_of_every_type_are_read(tmp_path: Path, values: list[Any], kind:
     [
         ([True, False], "holds truth values, not numbers"),
         ([True, None], "holds truth values, not numbers"),
-        (["1.5", "over"], "holds texts, not numbers: 'over' at row 1"),
+        (["1.5", "over"], "texts, not numbers: 'over' at row 1"),
         ([[1.0], [2.0]], "holds ndarray values, not numbers"),
         ([None, None], "is empty"),
     ],
@@ -87,7 +87,7 @@ def test_time_stamps_take_no_unit(tmp_path: Path) -> None:
     stamps = [datetime.datetime(2024, 5, 1), datetime.datetime(2024, 5, 2)]
     table = read_table(parquet(tmp_path / "t.parquet", stamps))
     assert table.unit_of("c", None) == "s"
-    with pytest.raises(InputError, match="time stamps, which are read in s; leave its unit 'ms'"):
+    with pytest.raises(InputError, match="time stamps, .* unit 'ms'"):
         table.unit_of("c", "ms")
 
 
@@ -96,7 +96,7 @@ def test_a_pipe_is_named(tmp_path: Path, name: str) -> None:
     """Also that of a shell's ``<(command)``, which has no ending."""
     pipe = tmp_path / name
     os.mkfifo(pipe)
-    with pytest.raises(InputError, match="it is a pipe or a device; write its"):
+    with pytest.raises(InputError, match="pipe or a device"):
         read_table(pipe)
 
 
@@ -104,7 +104,7 @@ def test_a_damaged_unit_is_named(tmp_path: Path) -> None:
     field = pa.field("x", pa.float64(), metadata={"unit": b"\xb0C"})
     file = tmp_path / "damaged.parquet"
     pa.parquet.write_table(pa.table([[1.0, 2.0]], schema=pa.schema([field])), file)
-    with pytest.raises(InputError, match=r"damaged.parquet: .* units or notes are damaged: 'utf"):
+    with pytest.raises(InputError, match="damaged.parquet: .* damaged: 'utf"):
         read_table(file)
 
 
@@ -119,7 +119,7 @@ def test_an_infinite_sample_is_a_missing_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("digits", "says"),
-    [(2, "have too few digits"), (None, "keep one sample for each time")],
+    [(2, "too few digits"), (None, "keep one sample")],
 )
 def test_a_repeated_time_is_told_with_its_reason(digits: int | None, says: str) -> None:
     time = np.arange(1000) / 1000.0
@@ -152,7 +152,7 @@ def test_a_sensitivity_makes_voltages_signals() -> None:
     assert sensitivity_factor("100 mV/g_0", None, "m/s^2", "") == pytest.approx(0.0980665)
     assert sensitivity_factor("-8 mV/um", "V", "m", "") == pytest.approx(-1.25e-4)
     for wrong in ("100 mV", "0 mV/g", "mV/g"):
-        with pytest.raises(InputError, match="must be like 100 mV/g_0"):
+        with pytest.raises(InputError, match="like 100 mV/g_0"):
             sensitivity_factor(wrong, "V", "m/s^2", "bench: signals.0")
     with pytest.raises(InputError, match="bench: signals.0.sensitivity"):
         sensitivity_factor("100 mV/g", "V", "m", "bench: signals.0")
@@ -181,7 +181,7 @@ def test_a_coarse_resolution_is_not_taken_for_clipping(size: float, per_turn: fl
     if per_turn > 20.0:
         assert "resolution is coarse: readings are 1 apart" in remark
         assert "smaller range" in remark
-    with pytest.raises(InputError, match="is clipped: .* record with a larger range"):
+    with pytest.raises(InputError, match="^bench: signals.0: is clipped: "):
         check_signal(angle, angle, np.clip(signal, -0.6 * size, 0.6 * size), "signals.0", "bench")
 
 
@@ -205,7 +205,7 @@ def once_per_turn(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
     ],
 )
 def test_a_held_series_is_named(values: np.ndarray) -> None:
-    with pytest.raises(InputError, match=r"bench: speed: is held: it changes every .* samples"):
+    with pytest.raises(InputError, match="bench: speed: is held: "):
         check_held(values, "speed", "bench")
 
 
@@ -236,7 +236,7 @@ WHIRL = np.sin(0.05 * np.arange(4000.0)) + 0.01 * FLUTTER
     ],
 )
 def test_a_held_signal_is_named(values: np.ndarray) -> None:
-    with pytest.raises(InputError, match=r"bench: ch1: is held: .* keep the rows at which it"):
+    with pytest.raises(InputError, match="bench: ch1: is held: "):
         check_held_signal(values, "ch1", "bench")
 
 
@@ -270,7 +270,7 @@ def test_a_bag_is_read_at_the_samples_of_its_sensor(tmp_path: Path) -> None:
     eddy = measured_of(bag, drives.scene(), signal="eddy")
     assert (eddy.kind, eddy.notes) == ("displacement", ())
     assert eddy.signals[:, 0] == pytest.approx(1e-3 * run["ch1"][2::2], rel=1e-12)
-    with pytest.raises(InputError, match="signal 'nose': must be one of .*imu_link, eddy"):
+    with pytest.raises(InputError, match="signal 'nose': .*imu_link, eddy"):
         measured_of(bag, drives.scene(), signal="nose")
 
 
@@ -313,13 +313,11 @@ def test_a_missing_pulse_is_told(tmp_path: Path) -> None:
     angle = 0.1 * np.arange(4000.0)
     pulses = pulse_train(angle, logic=True)
     pulses[(angle > 20 * np.pi) & (angle < 21 * np.pi)] = 0.0
-    with pytest.raises(
-        InputError, match=r"after 0.5655 s the next pulse comes in 0.126 s.*missing"
-    ):
+    with pytest.raises(InputError, match="0.5655 s the next pulse .* 0.126 s"):
         angle_from_pulses(1e-3 * np.arange(4000.0), pulses, 1, "bench")
-    with pytest.raises(InputError, match="has 0 pulses; must be at least 10"):
+    with pytest.raises(InputError, match="has 0 pulses; .* 10"):
         angle_from_pulses(1e-3 * np.arange(4000.0), 0.0 * pulses, 1, "bench")
-    with pytest.raises(InputError, match="give angle or keyphasor, not both"):
+    with pytest.raises(InputError, match="angle or keyphasor, not both"):
         read_mapping_file(drives.mapping(tmp_path, drives.MAP + "keyphasor: {column: rpm}\n"))
 
 

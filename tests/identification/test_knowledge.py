@@ -46,7 +46,7 @@ def test_a_motor_s_numbers_are_refused_as_no_torque_was_measured(tmp_path: Path)
         }
     }  # fmt: skip
     file = drives.bench(tmp_path, drives.scene(), "with")
-    with pytest.raises(InputError, match="as recorded, and no torque was measured"):
+    with pytest.raises(InputError, match="no torque was measured"):
         ab_sim.identify(file, drives.scene(motor), [key], maps=[drives.mapping(tmp_path)])
 
 

@@ -72,13 +72,13 @@ def test_places_that_nothing_tells_are_named_and_held(recording: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "said"),
     [
-        ("mounts.4.damping", "mounts has 4 entries, mounts.0 to mounts.3"),
-        ("mounts.0.stiffness.2", "mounts.0.stiffness is one number; fit that, or give a list"),
-        ("mounts.1.stiffness", "is not a number; fit one of mounts.1.stiffness.0, mounts.1."),
+        ("mounts.4.damping", "4 entries, mounts.0 to mounts.3"),
+        ("mounts.0.stiffness.2", "mounts.0.stiffness is one number"),
+        ("mounts.1.stiffness", "fit one of mounts.1.stiffness.0, mounts.1."),
         ("mounts.0", "fit one of mounts.0.position, mounts.0.stiffness, mounts.0.damping"),
-        ("mounts.0.position.2", "begins at 0, so that its magnitude is unknown; give --bounds"),
-        ("mounts.0.stifness", "mounts.0 has no stifness; it has position, stiffness"),
-        ("effects.viscous_drag", "is not a number; fit one of effects.viscous_drag.coefficient"),
+        ("mounts.0.position.2", "begins at 0, .* --bounds"),
+        ("mounts.0.stifness", "mounts.0 has no stifness; .* stiffness"),
+        ("effects.viscous_drag", "fit one of effects.viscous_drag.coefficient"),
     ],
 )
 def test_keys_that_are_no_number_are_refused(key: str, said: str) -> None:
@@ -100,5 +100,5 @@ def test_one_of_three_stiffnesses_is_a_parameter() -> None:
 
 
 def test_a_deck_in_the_plane_has_no_mounts() -> None:
-    with pytest.raises(InputError, match="the scene has no mounts; add mounts to the scene"):
+    with pytest.raises(InputError, match="scene has no mounts"):
         fitted_parameters(ab_sim.load_scene("no-ball"), ["mounts.0.stiffness"], {})

@@ -87,9 +87,9 @@ def test_grouping_steps_changes_no_bit() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("solver.parameters.rho_inf=1.5", "solver.parameters.rho_inf = 1.5: must be within 0 to 1"),
+        ("solver.parameters.rho_inf=1.5", "solver.parameters.rho_inf = 1.5: .* 0 to 1"),
         ("solver.parameters.rho=0.5", "no such parameter.*rho_inf"),
-        ("effects.race_friction.coefficient=1e-5", "cannot be cut at events"),
+        ("effects.race_friction.coefficient=1e-5", "cut at events"),
     ],
 )
 def test_what_it_cannot_is_refused(change: str, words: str) -> None:
@@ -100,7 +100,7 @@ def test_what_it_cannot_is_refused(change: str, words: str) -> None:
 def test_a_step_without_a_solution_is_told() -> None:
     """The balls cannot be followed: no iteration ends."""
     drive = drive_with(0.8, 0.05, "start.ball_rates=[30.0,-30.0]", "start.deck.velocity=[50,0]")
-    with pytest.raises(DivergedError, match="went beyond all bounds"):
+    with pytest.raises(DivergedError, match="beyond all bounds"):
         drive.advance(200)
 
 

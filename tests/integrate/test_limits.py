@@ -119,7 +119,7 @@ def test_the_limit_is_where_the_deck_goes_unstable(name: str, factor: float, sce
 @pytest.mark.parametrize("name", LIMITED)
 @pytest.mark.parametrize("balls", [0, 2])
 def test_refusal_names_a_step_that_is_accepted(name: str, balls: int, scene: Any) -> None:
-    with pytest.raises(SceneError, match="beyond the stability limit") as caught:
+    with pytest.raises(SceneError, match="solver.step = 0.05 s: .* stability limit") as caught:
         Drive(scene(balls={"count": balls}, solver={"stepper": name, "step": 0.05}))
     named = re.search(r"use at most (\S+) s", str(caught.value))
     assert named is not None
@@ -164,7 +164,7 @@ def test_auto_asks_the_drag(coefficient: float, chosen: str, reason: str, scene:
 
 
 def test_auto_does_not_help_a_deck_that_whirls_too_fast(scene: Any) -> None:
-    with pytest.raises(SceneError, match="limit of the deck's whirl at 400 rad/s") as told:
+    with pytest.raises(SceneError, match="the deck's whirl at 400 rad/s") as told:
         Drive(scene(balls={"count": 0}, solver={"stepper": "auto", "step": 0.05}))
     assert "auto" not in str(told.value)
 
@@ -177,7 +177,7 @@ def test_a_speed_that_is_never_reached_limits_nothing(scene: Any) -> None:
     drive, same = Drive(scene(**far)), Drive(scene())
     assert drive.advance(500).samples.tobytes() == same.advance(500).samples.tobytes()
     before = drive.observe().command
-    with pytest.raises(CommandError, match=r"command = 9000 rad/s: .* use at most"):
+    with pytest.raises(CommandError, match="command = 9000 rad/s: .* use at most"):
         drive.command(9000.0)
     assert drive.observe().command == before
     drive.command(450.0)
@@ -211,14 +211,14 @@ def test_nothing_that_limits(scene: Any) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"rho_inf": 0.5}, r"name the stepper that takes it \(generalized-alpha\), or remove"),
-        ({"tolerence": 0.5}, "no stepper takes it; did you mean 'tolerance'\\?, or remove"),
+        ({"rho_inf": 0.5}, r"takes it \(generalized-alpha\)"),
+        ({"tolerence": 0.5}, "did you mean 'tolerance'"),
     ],
 )
 def test_auto_takes_no_parameters(given: dict[str, float], words: str, scene: Any) -> None:
     """Until now it ignored them."""
     key = next(iter(given))
-    said = rf"solver.parameters.{key} = 0.5: solver.stepper is 'auto', which takes no.*{words}"
+    said = rf"solver.parameters.{key} = 0.5: .* 'auto'.*{words}"
     with pytest.raises(SceneError, match=said):
         Drive(scene(solver={"stepper": "auto", "parameters": given}))
 
@@ -293,7 +293,7 @@ def test_a_rotor_may_have_no_inertia_besides_its_unbalance() -> None:
     scene = load_scene("weak-motor", changes)
     rate = linear_rates(system_of(scene), 0.0)[LOOP]
     assert rate == pytest.approx(-0.4 / (0.2 * 0.2**2 * (1 - 0.2)), rel=1e-12)
-    with pytest.raises(SceneError, match=r"rotor_inertia = 0\.0 kg m\^2: must be more than 0"):
+    with pytest.raises(SceneError, match=r"rotor_inertia = 0\.0 kg m\^2: must be"):
         load_scene("weak-motor", ["effects.motor.rotor_inertia=0"])
 
 

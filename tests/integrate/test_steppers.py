@@ -121,5 +121,5 @@ def test_their_order_does_not_depend_on_who_was_imported_first() -> None:
 
 def test_unknown_stepper() -> None:
     known = ", ".join([*steppers(), "auto"])
-    with pytest.raises(SceneError, match=rf"did you mean 'rk8'.*known are: {known}"):
+    with pytest.raises(SceneError, match=rf"mean 'rk8'.*known are: {known}"):
         stepper_named("rk88")

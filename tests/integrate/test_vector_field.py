@@ -231,12 +231,12 @@ def test_a_drive_s_own_is_what_runs_now(scene: SceneMaker, with_hold: Any) -> No
         (
             np.zeros(7),
             np.zeros((3, DISCRETE_COLUMNS)),
-            r"state: has shape \(7,\); must have shape \(8,\)",
+            r"^state: .* \(7,\); .* \(8,\)",
         ),
         (
             np.zeros(8),
             np.zeros((2, DISCRETE_COLUMNS)),
-            r"discrete_state: has shape \(2, 4\); must have shape \(3, 4\)",
+            r"discrete_state: .* \(2, 4\); .* \(3, 4\)",
         ),
     ],
 )

@@ -191,7 +191,7 @@ def broken(change: str) -> Float64MultiArray:
 )
 def test_steps_that_do_not_count(steps: list[float]) -> None:
     message = BLOCK.message(Block(("step", "time"), np.column_stack([steps, [0.0, 0.0]])))
-    with pytest.raises(MalformedMessage, match="whole numbers that increase"):
+    with pytest.raises(MalformedMessage, match="^vibration/block: steps"):
         Block.of(message)
 
 
@@ -231,5 +231,5 @@ def test_faults() -> None:
     for faults in ([], ["ball_0 sticks", "pickup drifts 0.1"]):
         assert FAULTS.sample(over_the_wire(FAULTS.message(faults))) == faults
     for text in ("{", "{}", "[1]", "none", "[" * 10**5):
-        with pytest.raises(MalformedMessage, match="faults must be a JSON list"):
+        with pytest.raises(MalformedMessage, match="faults .* JSON list"):
             FAULTS.sample(String(data=text))

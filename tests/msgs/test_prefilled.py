@@ -83,5 +83,5 @@ def test_arrays_of_fixed_length_and_messages_without_numbers() -> None:
 
 
 def test_what_cannot_be_prefilled_is_said() -> None:
-    with pytest.raises(ValueError, match="type octet cannot be prefilled"):
+    with pytest.raises(ValueError, match="type octet cannot be"):
         Prefilled(DiagnosticStatus())

@@ -29,7 +29,7 @@ def test_what_breaks_while_it_is_recorded_is_told(tmp_path: Path) -> None:
     assert note.endswith(f"the recorder noted faults: {', '.join(faults)}, from {AT:g} s on")
 
     # A firmware heard the sensor.
-    with pytest.raises(InputError, match="is clipped: it stays at -?0.5 for 3") as told:
+    with pytest.raises(InputError, match="is clipped: .* -?0.5 for 3") as told:
         ab_sim.identify(live.heard, scene, fit)
     first = str(told.value).partition("the first at ")[2].split()[0]
     # Its times are from its own first sample on.

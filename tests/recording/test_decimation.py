@@ -154,7 +154,7 @@ def test_every_step_is_as_no_decimation(tmp_path: Path) -> None:
     "asked", [{"every": 0}, {"every": -3}, {"around": -1.0}, {"around": np.nan}, {"around": np.inf}]
 )
 def test_bad_rules_are_refused(tmp_path: Path, asked: dict[str, float]) -> None:
-    with pytest.raises(RecordingError, match="every must be at least 1, around at least 0"):
+    with pytest.raises(RecordingError, match="^every = .*, around = "):
         Recording(tmp_path / "r.rrd", description=describe(), **asked)  # type: ignore[arg-type]
     assert not (tmp_path / "r.rrd").exists()
 

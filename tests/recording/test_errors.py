@@ -35,7 +35,7 @@ def files_limited_to(size: int) -> Iterator[None]:
 
 
 def test_missing_folder_and_folder_in_the_way(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"nowhere/run\.rrd.*no folder .*nowhere"):
+    with pytest.raises(RecordingError, match=r"nowhere/run\.rrd.* folder .*nowhere"):
         Recording(tmp_path / "nowhere" / "run.rrd", description=describe())
     with pytest.raises(RecordingError, match="Is a directory"):
         Recording(tmp_path, description=describe())
@@ -74,7 +74,7 @@ def test_write_error_at_the_very_end_is_reported(tmp_path: Path) -> None:
     recording.flush()
     with (
         files_limited_to(path.stat().st_size + 10),
-        pytest.raises(RecordingError, match=r"contains 400 of 400 rows.*File too large"),
+        pytest.raises(RecordingError, match="400 of 400 rows.*File too large"),
     ):
         recording.close()
     back = read_recording(path)
@@ -136,7 +136,7 @@ def test_unusable_blocks_are_refused_and_change_nothing(tmp_path: Path) -> None:
             (names[1:], "start with step, time"),
             ([n for n in names if n != "x"], "include step, time, angle, x, y"),
             ([*names[:-1], "x"], "differ"),
-            (names[:-2], "angles of 1 balls.*has balls = 2"),
+            (names[:-2], "angles of 1 balls.* balls = 2"),
         ):
             with pytest.raises(RecordingError, match=match):
                 recording.block(channels, samples[:, : len(channels)])
@@ -172,9 +172,9 @@ def test_unreadable_files(tmp_path: Path) -> None:
     for path, match in (
         (tmp_path / "no.rrd", r"no\.rrd: no such file"),
         (tmp_path, "is a folder"),
-        (torn, r"torn\.rrd (is not a Rerun recording|is a Rerun file, but not a recording of)"),
-        (text, r"text\.rrd is not a Rerun recording"),
-        (tmp_path / "empty.rrd", r"empty\.rrd is not a Rerun recording"),
+        (torn, r"torn\.rrd is (not a Rerun recording|a Rerun file, but)"),
+        (text, r"text\.rrd is not a Rerun"),
+        (tmp_path / "empty.rrd", r"empty\.rrd is not a Rerun"),
     ):
         with pytest.raises(RecordingError, match=match):
             read_recording(path)
@@ -194,7 +194,7 @@ def rerun_file(path: Path, application: str) -> Iterator[rr.RecordingStream]:
 def test_a_description_that_is_no_mapping_is_told(text: str, tmp_path: Path) -> None:
     with rerun_file(tmp_path / "odd.rrd", "ab_sim") as stream:
         rr.log("/description", rr.TextDocument(text), static=True, recording=stream)
-    with pytest.raises(RecordingError, match=r"odd\.rrd: its description cannot be read"):
+    with pytest.raises(RecordingError, match=r"odd\.rrd: its description"):
         read_recording(tmp_path / "odd.rrd")
 
 
@@ -205,12 +205,12 @@ def test_a_recording_of_an_earlier_ab_sim_is_said_to_be_one(tmp_path: Path) -> N
         rr.log("/channels", rr.AnyValues(names=["step", "time"]), static=True, recording=stream)
         rr.set_time("step", sequence=1, recording=stream)
         rr.log("/clock/time", rr.Scalars(0.001), recording=stream)
-    with pytest.raises(RecordingError, match=r"old\.rrd was written by an earlier version"):
+    with pytest.raises(RecordingError, match=r"old\.rrd .* earlier version"):
         read_recording(tmp_path / "old.rrd")
 
 
 def test_somebody_elses_rerun_file(tmp_path: Path) -> None:
     with rerun_file(tmp_path / "other.rrd", "other") as stream:
         rr.log("/thing", rr.TextLog("hello"), recording=stream)
-    with pytest.raises(RecordingError, match=r"other\.rrd.*not a recording of ab_sim"):
+    with pytest.raises(RecordingError, match=r"other\.rrd.*not a recording of"):
         read_recording(tmp_path / "other.rrd")

@@ -118,5 +118,5 @@ def test_radii_that_no_effect_uses_tell_where_balls_overlap() -> None:
 
 def test_crowded_balls_are_counted_by_their_key() -> None:
     changes = ["effects.ball_contact={restitution_coefficient: 0.5}", "balls.radius=1 mm"]
-    with pytest.raises(SceneError, match=r"balls\.count = 40: with ball_contact the balls need"):
+    with pytest.raises(SceneError, match=r"balls\.count = 40: with ball_contact"):
         load_scene("thesis-hold", [*changes, "balls.count=40", "start.ball_angles="])

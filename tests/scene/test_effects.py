@@ -110,7 +110,7 @@ def test_a_disc_that_lies_flat_needs_nothing_to_hold_it(scene: Any) -> None:
 
     flat = tilted(0.0)
     assert choose_stepper(flat, system_of(flat)).stepper.name == "rk8"
-    with pytest.raises(SceneError, match=r"aside with 0\.979 m/s\^2, and no suspension"):
+    with pytest.raises(SceneError, match=r"0\.979 m/s\^2, and no suspension"):
         tilted(0.1)
 
 
@@ -124,7 +124,7 @@ def test_a_printed_effect_shows_its_defaults(
 
 
 def test_an_effect_that_is_not_there_is_not_printed() -> None:
-    with pytest.raises(InputError, match=r"'suspensoin': no such effect; did you mean 'suspens"):
+    with pytest.raises(InputError, match="'suspensoin': .* mean 'suspens"):
         print_effects(EffectsOptions("suspensoin"))
 
 
@@ -150,7 +150,7 @@ def test_two_effects_whose_classes_have_one_name_are_refused(magnets: None) -> N
         stiffness: Annotated[Number, quantity("k", "N/m")]
         damping: Annotated[Number, quantity("c", "N s/m")]
 
-    with pytest.raises(ValueError, match="'springs': its class is called Suspension.*'suspension'"):
+    with pytest.raises(ValueError, match="'springs': .* Suspension.*'suspension'"):
         register("springs", equation="f = 0", source="nowhere")(Suspension)
     assert "springs" not in effect_classes()
 
@@ -158,12 +158,12 @@ def test_two_effects_whose_classes_have_one_name_are_refused(magnets: None) -> N
 @pytest.mark.parametrize(
     ("hook", "gives", "words"),
     [
-        ("deck_force", 1.0, "Rough.deck_force returns a number; must return a tuple of 2"),
-        ("deck_force", (1.0, 0.0, 0.0), "Rough.deck_force returns a tuple of 3; must return a tu"),
-        ("deck_force", None, "Rough.deck_force returns nothing; must return a tuple of 2"),
-        ("ball_drag", (1.0, 0.0), "Rough.ball_drag returns a tuple of 2; must return a number"),
-        ("deck_force", (math.nan, 0.0), "the rate of the deck's whirl .* is not a finite.*Rou"),
-        ("ball_drag", math.inf, "the rate of the race's drag is not a finite number; .*Rough"),
+        ("deck_force", 1.0, "Rough.deck_force returns a number"),
+        ("deck_force", (1.0, 0.0, 0.0), "Rough.deck_force returns a tuple of 3"),
+        ("deck_force", None, "Rough.deck_force returns nothing; .* tuple of 2"),
+        ("ball_drag", (1.0, 0.0), "Rough.ball_drag returns a tuple of 2"),
+        ("deck_force", (math.nan, 0.0), "deck's whirl .* finite.*Rough"),
+        ("ball_drag", math.inf, "race's drag .* finite.*Rough"),
     ],
 )
 def test_what_an_effect_returns_is_checked(

@@ -182,7 +182,7 @@ def test_an_int_beyond_all_floats_is_refused_shortly(key: str, allowed: str, dig
 
 def test_a_variation_cannot_remove_what_is_not_there() -> None:
     scene = load_scene("thesis-hold")
-    with pytest.raises(SceneError, match="run 3: effects.rolling_fricton: effects has no"):
+    with pytest.raises(SceneError, match="run 3: effects.rolling_fricton: "):
         changed_scene(scene, {"effects.rolling_fricton": None}, "run 3")
     assert changed_scene(scene, {"balls": scene.as_mapping()["balls"]}, "same") == scene
 
@@ -304,8 +304,8 @@ def test_unknown_scenes(name: str, words: str) -> None:
         ("a: 1\na: 2", "given twice"),
         ("- 1", "must be a mapping"),
         ("\x00", "not valid YAML"),
-        ("a: !!int ''", "is not valid YAML: a value is not of its kind"),
-        ("effects: 3", "must be a list of names"),
+        ("a: !!int ''", "YAML: a value is not of"),
+        ("effects: 3", "list of names"),
         ("effects: [suspension, suspension]", "named twice"),
     ],
 )
@@ -326,7 +326,7 @@ def test_effects_of_the_same_scene_do_not_depend_on_their_order(scene: Any) -> N
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("start.ball_angles=random", "to draw them: ab-sim robust --spread start.ball_angles=rand"),
+        ("start.ball_angles=random", "ab-sim robust --spread start.ball_angles=rand"),
         ("rotor.unbalance=1e-5", "give rotor.eccentricity, e = U / M0"),
         ("effects.suspension.critical_speed=100", "k = M w^2"),
         ("effects.suspension.damping_ratio=0.01", "c = 2 zeta M w"),
@@ -339,5 +339,5 @@ def test_what_data_sheets_say_is_answered_with_the_key_to_give(change: str, word
 
 @pytest.mark.parametrize("changes", ["balls.mass=1", {"balls.mass": 1.0}, [("balls.mass", 1.0)]])
 def test_changes_are_a_list_of_texts(changes: Any) -> None:
-    with pytest.raises(SceneError, match=r"^changes = .*must be a list of texts, e.g. \['balls.ma"):
+    with pytest.raises(SceneError, match=r"^changes = .*\['balls.ma"):
         load_scene("thesis-hold", changes)

@@ -350,9 +350,9 @@ def test_defaults_suit_the_default_step() -> None:
     [
         ({"sample_rate": 300.0}, r"sample_rate = 300 Hz.* 333\.3333333 and 250 Hz"),
         ({"sample_rate": 700.0}, r"sample_rate = 700 Hz.* 1000 and 500 Hz"),
-        ({"sample_rate": 1001.0}, r"sample_rate = 1001 Hz.* highest rate is 1000 Hz"),
-        ({"bandwidth": 501.0}, r"bandwidth = 501 Hz: must be at most .* 500 Hz at solver\.step"),
-        ({"resolution": 200.0}, r"resolution = 200 m/s\^2: must be at most the range"),
+        ({"sample_rate": 1001.0}, r"sample_rate = 1001 Hz.* 1000 Hz"),
+        ({"bandwidth": 501.0}, r"bandwidth = 501 Hz: .* 500 Hz at solver\.step"),
+        ({"resolution": 200.0}, r"resolution = 200 m/s\^2: .* the range"),
     ],
 )
 def test_refuses_what_does_not_go_with_the_step(changes: dict[str, float], message: str) -> None:

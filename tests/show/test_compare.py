@@ -168,19 +168,19 @@ def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Tr
     path = tmp_path / "r.rrd"
     with Recording(path, description=describe(scene)) as recording:
         recording.block(live.channels, live.samples)
-    with pytest.raises(InputError, match=r"steps of 0\.001 s.*solver\.step = 0\.0005 s"):
+    with pytest.raises(InputError, match=r"0\.001 s.*solver\.step = 0\.0005 s"):
         compare_recording(open_recording(path), changed_scene(scene, {"solver.step": 5e-4}, "test"))
     with Recording(path, description=describe(scene)):
         pass
-    with pytest.raises(InputError, match="cannot be compared: it is empty"):
+    with pytest.raises(InputError, match="compared: it is empty"):
         compare_recording(open_recording(path), scene)
-    with pytest.raises(InputError, match="is empty: it has no samples"):
+    with pytest.raises(InputError, match="^r is empty: "):
         gather(open_recording(path), "r")
     names = [name for name in live.channels if name != "command"]
     columns = [live.channels.index(name) for name in names]
     with Recording(path, description=describe(scene)) as recording:
         recording.block(names, live.samples[:, columns])
-    with pytest.raises(InputError, match="it has no channel command"):
+    with pytest.raises(InputError, match="no channel command"):
         compare_recording(open_recording(path), scene)
 
 

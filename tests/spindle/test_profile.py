@@ -91,7 +91,7 @@ def test_a_period_by_time_is_left_out_at_the_target() -> None:
     by_time = [f"{period}start_speed=", f"{period}start_time=2.5"]
     profile = SpeedSchedule.of_scene(load_scene("thesis-hold", [*by_time, "start.speed=200"]))
     assert profile.variable_speed_period is None and profile.end == 0.0
-    with pytest.raises(SceneError, match="start_time = 2.5 s: the period runs from 250 to 250"):
+    with pytest.raises(SceneError, match="start_time = 2.5 s: .* from 250 to 250"):
         load_scene("thesis-hold", [*by_time, "start.speed=150"])
 
 

@@ -174,7 +174,7 @@ def test_a_drive_follows_segments_exactly(scene: Any) -> None:
 
 def test_conditions_have_no_speed_over_time_beforehand(scene: Any) -> None:
     made = scene_with(scene, {"to": 100.0, "acceleration": 50.0}, {"until": QUIET})
-    with pytest.raises(SceneError, match=r"profile\.segments\.1\.until: .* in advance; .*hold"):
+    with pytest.raises(SceneError, match=r"profile\.segments\.1\.until: .* in advance"):
         SpeedSchedule.of_scene(made)
     assert top_speed_of(made) == explain(made)["top_speed"] == 100.0
     lasting = SpeedSchedule.of_profile(made.profile.lasting, 0.0)
@@ -209,7 +209,7 @@ def test_segments_that_make_no_sense(segment: str, words: str) -> None:
 
 
 def test_no_segments() -> None:
-    with pytest.raises(SceneError, match="profile.segments = .*: needs at least one entry"):
+    with pytest.raises(SceneError, match="profile.segments = .*: .*one entry"):
         load_profile("{kind: segments, segments: []}")
 
 
@@ -248,11 +248,11 @@ def test_a_profile_by_itself(tmp_path: Any) -> None:
     of_scene = load_profile("thesis-hold", ["start.speed=10"])
     assert of_scene.first == 10.0 and of_scene.profile.target_speed == 200.0
     for source, changes, words in (
-        (str(file), ["balls.mass=1"], "a change is for balls; keys begin with profile."),
+        (str(file), ["balls.mass=1"], "for balls; keys begin with profile."),
         (str(file), ["profile.target_sped=1"], "did you mean 'target_speed'"),
-        ("{kind: seg}", [], "kind = 'seg': must be one of start_up, speed_change, segments"),
+        ("{kind: seg}", [], "kind = 'seg': .* start_up, speed_change, segments"),
         ("{kind", [], "is not valid YAML"),
-        ("thesis-hold", ["profile="], "has no profile to run"),
+        ("thesis-hold", ["profile="], "no profile to run"),
         ("thesis-hlod", [], "did you mean 'thesis-hold'"),
     ):  # fmt: skip
         with pytest.raises(SceneError, match=words.replace("?", r"\?")):

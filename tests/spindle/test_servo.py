@@ -38,7 +38,7 @@ def test_a_change_of_milliseconds_takes_its_time_too(change: float) -> None:
 
 @pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, 200.1, -1e300])
 def test_refuses(command: float) -> None:
-    with pytest.raises(CommandError, match=r"the speed stays as it was"):
+    with pytest.raises(CommandError, match=f"^command = {re.escape(str(command))} rad/s: "):
         SERVO.check(command)
 
 
@@ -56,7 +56,7 @@ def test_an_int_beyond_all_floats_is_beyond_the_limits() -> None:
 
 
 def test_an_acceleration_that_is_no_number_is_refused() -> None:
-    with pytest.raises(CommandError, match=r"acceleration = 'fast': must be a number \[rad/s\^2\]"):
+    with pytest.raises(CommandError, match=r"acceleration = 'fast': .* \[rad/s\^2\]"):
         SERVO.check_acceleration("fast")  # type: ignore[arg-type]
 
 
@@ -67,7 +67,7 @@ def test_the_limit_itself_is_allowed() -> None:
 
 @pytest.mark.parametrize("acceleration", [0.0, -1.0, 50.000001, math.inf, math.nan])
 def test_an_acceleration_that_the_spindle_cannot_do_is_refused(acceleration: float) -> None:
-    with pytest.raises(CommandError, match=r"must be above 0 and at most 50 rad/s\^2"):
+    with pytest.raises(CommandError, match=r"at most 50 rad/s\^2"):
         SERVO.check_acceleration(acceleration)
 
 
@@ -78,5 +78,5 @@ def test_any_smaller_acceleration_will_do(acceleration: float) -> None:
 
 @pytest.mark.parametrize("command", ["fast", None, [1.0]])
 def test_what_is_no_number_is_refused(command: object) -> None:
-    with pytest.raises(CommandError, match=r"must be a number \[rad/s\]"):
+    with pytest.raises(CommandError, match=r"a number \[rad/s\]"):
         SERVO.check(command)  # type: ignore[arg-type]

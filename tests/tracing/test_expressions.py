@@ -42,10 +42,10 @@ def test_what_adds_nothing_is_not_there() -> None:
 
 def test_a_branch_on_a_traced_number_names_it() -> None:
     a = Graph().input("speed")
-    with pytest.raises(TypeError, match=r"write where\(...\); it is \(speed < 2\)"):
+    with pytest.raises(TypeError, match=r"write where\(.*; it is \(speed < 2\)"):
         if a < 2.0:
             pass
-    with pytest.raises(TypeError, match="from ab_sim.tracing, not from math; it is speed"):
+    with pytest.raises(TypeError, match="not from math; it is speed"):
         math.cos(a)
     with pytest.raises(TypeError, match="whole number, 1 to 16"):
         a**0.5
@@ -56,7 +56,7 @@ def test_graphs_do_not_mix() -> None:
         Graph().input("a") + Graph().input("a")
     graph = Graph()
     graph.input("a")
-    with pytest.raises(ValueError, match="there already, as STATE"):
+    with pytest.raises(ValueError, match="'a' is there already"):
         graph.input("a", Level.PARAMETER)
 
 
@@ -68,7 +68,7 @@ def test_numpys_functions_take_expressions() -> None:
 def test_floats_go_through_the_same_formulas() -> None:
     assert cos(0.5) == math.cos(0.5) and sqrt(4.0) == 2.0 and where(1 < 2, 3.0, 4.0) == 3.0
     assert total([1.0, 2.0, 3.0]) == 6.0
-    with pytest.raises(TypeError, match="must be an expression or a sequence"):
+    with pytest.raises(TypeError, match="^total of 1.0: "):
         total(1.0)
 
 
@@ -118,7 +118,7 @@ def test_rows_change_by_what_the_matrix_does() -> None:
 def test_only_inputs_change() -> None:
     graph = Graph()
     a = graph.input("a")
-    with pytest.raises(ValueError, match="a direction changes inputs only"):
+    with pytest.raises(ValueError, match="^along: .*inputs only"):
         derivatives([a], {a * a: graph.constant(1.0)})
 
 

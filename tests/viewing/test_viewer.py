@@ -221,7 +221,7 @@ def test_who_answers_wrongly_or_hangs_up_is_no_viewer() -> None:
 def test_no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(InputError, match="native: there is no screen"):
+    with pytest.raises(InputError, match="native: .*no screen"):
         check_view("native", screen=True)
     viewer = Viewer("native")
     until(lambda: viewer.gone, "it gives up")
@@ -236,12 +236,12 @@ def test_no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
      "rerun+http://no.such.host.invalid:9876/proxy"],
 )  # fmt: skip
 def test_what_no_viewer_can_be_made_of(view: str) -> None:
-    with pytest.raises(InputError, match="must be web, native, or the address of a running viewer"):
+    with pytest.raises(InputError, match="must be web, native"):
         check_view(view)
 
 
 def test_a_port_that_is_taken() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(InputError, match=f"port {port}: .*in use; choose another"):
+        with pytest.raises(InputError, match=f"port {port}: .*in use"):
             Viewer("web", port)

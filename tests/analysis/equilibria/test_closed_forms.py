@@ -56,9 +56,7 @@ def test_where_friction_holds_balls_is_refused_by_what_moves_them() -> None:
     state = equilibria_of(scene, 200.0).branches[0]
     assert len(sticking(scene, 200.0, state)) == 2
     other = scene.model_copy(update={"effects": {**scene.effects, "mine": Stranger()}})
-    with pytest.raises(
-        SceneError, match=r"^effects\.mine: the angles at which friction holds balls"
-    ):
+    with pytest.raises(SceneError, match=r"^effects\.mine: .*friction holds"):
         sticking(other, 200.0, state)
 
 

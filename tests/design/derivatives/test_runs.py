@@ -95,8 +95,8 @@ def test_balls_that_cannot_part_leave_no_derivative() -> None:
     ("metric", "problem"),
     [
         ("balanced", "is not a number"),
-        ("start_up_time", "is the time of a sample"),
-        ("final_tilt", "has no value in this run"),
+        ("start_up_time", "time of a sample"),
+        ("final_tilt", "has no value"),
         ("final_whirl", "no such metric"),
     ],
 )
@@ -107,7 +107,7 @@ def test_metrics_without_a_derivative_are_refused(metric: str, problem: str) -> 
 
 
 def test_a_speed_that_measurements_decide_has_no_derivative() -> None:
-    with pytest.raises(SceneError, match="a controller decides the speed during the run"):
+    with pytest.raises(SceneError, match="profile.kind = adaptive: a controller decides"):
         ab_sim.sensitivities("adaptive-start-up", ["balls.mass"])
 
 
@@ -140,15 +140,15 @@ def test_channels_change_as_those_of_other_runs() -> None:
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        ({"keys": []}, "must be a list of the scene's keys"),
-        ({"keys": "balls.mass"}, "must be a list of the scene's keys"),
+        ({"keys": []}, "list of the scene's keys"),
+        ({"keys": "balls.mass"}, "list of the scene's keys"),
         ({"channels": ["z"]}, "channel 'z': there is none"),
-        ({"times": [0.0015]}, "must be a whole number of steps of 0.001 s"),
-        ({"times": [float("nan")]}, "must be a whole number of steps"),
-        ({"times": [10**400]}, r"times: 1.00000e\+400 s: must be a whole number of steps"),
-        ({"times": [-0.001]}, "must be a whole number of steps"),
-        ({"times": [0.002, 0.001]}, "must be at least one, and rising"),
-        ({"times": []}, "must be at least one, and rising"),
+        ({"times": [0.0015]}, "whole number of steps of 0.001 s"),
+        ({"times": [float("nan")]}, "whole number of steps"),
+        ({"times": [10**400]}, r"times: 1.00000e\+400 s: .*whole number"),
+        ({"times": [-0.001]}, "whole number of steps"),
+        ({"times": [0.002, 0.001]}, "and rising"),
+        ({"times": []}, "and rising"),
         ({"times": [1e9]}, "too many to keep"),
     ],
 )
@@ -162,5 +162,5 @@ def test_a_result_says_what_it_is() -> None:
     found = ab_sim.sensitivities(scene, KEYS, channels=["x"])
     assert repr(found).startswith("<Sensitivities: scene thesis-hold, keys balls.mass, rotor.ecc")
     assert (found.of("x", "balls.mass") == found.derivatives[0, 0]).all()
-    with pytest.raises(InputError, match="key 'balls.radius': there is none"):
+    with pytest.raises(InputError, match="^key 'balls.radius': "):
         found.of("x", "balls.radius")

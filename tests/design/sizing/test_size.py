@@ -180,5 +180,5 @@ def test_holds_are_named_only_where_they_were_tried(
 
 
 def test_too_few_runs_are_refused() -> None:
-    with pytest.raises(InputError, match="runs = 5: must be from 20"):
+    with pytest.raises(InputError, match="^runs = 5: must be from 20"):
         ab_sim.size(**DRIVE, runs=5)
