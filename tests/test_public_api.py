@@ -340,7 +340,7 @@ def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
     class Bare:
         force: float = 1.0
 
-    with pytest.raises(ValueError, match="'push': .* Bare must be a NamedTuple"):
+    with pytest.raises(ValueError, match="'push': .* Bare .* NamedTuple"):
         ab_sim.register_effect("push", equation="", source="")(Bare)  # type: ignore[type-var]
 
 

@@ -68,3 +68,21 @@ def test_locals_are_named_after_what_they_hold() -> None:
     assert len(every) > 10_000
     unnamed = [(place, name, LIST["names"][name]) for place, name in every if name in LIST["names"]]
     assert unnamed == []
+
+
+def test_errors_are_checked_by_key_and_value_and_not_by_their_prose() -> None:
+    """A `match=` written in place has at most four words; quoted values and units are none."""
+    patterns = {
+        f"{path.relative_to(ROOT)}:{node.value.lineno}": "".join(
+            part.value
+            for part in ast.walk(node.value)
+            if isinstance(part, ast.Constant) and isinstance(part.value, str)
+        )
+        for path in (ROOT / "tests").rglob("*.py")
+        for node in nodes(path)
+        if isinstance(node, ast.keyword) and node.arg == "match"
+    }
+    assert len(patterns) > 300
+    words = re.compile(r"(?<!\S)[\^(]*[A-Za-z]{2,}[,.;:?!)\\]*(?!\S)")
+    long = {at: text for at, text in patterns.items() if len(words.findall(text)) > 4}
+    assert long == {}

@@ -237,7 +237,7 @@ def test_a_change_of_one_takes_the_files_other_away(tmp_path: Any) -> None:
 
 
 def test_a_solver_and_a_wish_in_one_file_are_refused(scene: Any) -> None:
-    with pytest.raises(SceneError, match="one of the two sections"):
+    with pytest.raises(SceneError, match="the two sections"):
         scene(accuracy={"angle": 1e-9})
 
 

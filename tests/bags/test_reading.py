@@ -116,7 +116,7 @@ def test_write_error_is_told_and_what_was_written_is_readable(tmp_path: Path) ->
     rng, sent = np.random.default_rng(0), 0
     with (
         files_limited_to(300_000),
-        pytest.raises(RecordingError, match=r"bag contains \d+ of \d+ .*File too large"),
+        pytest.raises(RecordingError, match=r"bag .* \d+ of \d+ .*File too large"),
     ):
         while True:
             noise = np.column_stack([np.arange(99.0), np.arange(99.0), rng.normal(size=(99, 3))])
@@ -360,7 +360,7 @@ def _two_files(path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "make", "match"),
     [
-        ("no", lambda path: None, "no such folder or file"),
+        ("no", lambda path: None, "no such folder"),
         ("bag", _folder_of_text, "no metadata.yaml, no .mcap"),
         ("bag", _of_text, "not a ROS 2 bag"),
         ("bag", _file_missing, "missing"),
@@ -368,10 +368,10 @@ def _two_files(path: Path) -> None:
         (
             "run.rrd",
             lambda path: path.write_text("x"),
-            "must be a folder .* .mcap or .db3",
+            "a folder .* .mcap or .db3",
         ),
         ("run.mcap", lambda path: path.touch(), "not a ROS 2 bag"),
-        ("run.mcap", lambda path: path.write_text("text" * 99), "does not begin like MCAP"),
+        ("run.mcap", lambda path: path.write_text("text" * 99), "begin like MCAP"),
         ("run.mcap", _states_huge_sizes, "a size that exceeds"),
         ("run.db3", lambda path: path.write_text("text" * 99), "not a ROS 2 bag"),
         ("bag", lambda path: bag_of(path, []), "no topics at all"),

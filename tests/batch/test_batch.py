@@ -276,7 +276,7 @@ def test_order_of_results_counts_and_progress(scene: Any) -> None:
         ([], 1, InputError, "one mapping per run"),
         ([{}], 0, InputError, "every = 0: .* at least 1"),
         pytest.param([{}], 10**5000, InputError, "every = <int .*at most 600", id="large"),
-        ([{}], 601, InputError, "every = 601: must be at most 600"),
+        ([{}], 601, InputError, "every = 601: .* at most 600"),
         ([{}], 2.5, InputError, "every = 2.5: .*whole number"),
         ({"balls.mass": 1.0}, 1, InputError, "one mapping per run"),
         ([["balls.mass"]], 1, SceneError, "variation 0 = .*mapping of dotted keys"),

@@ -40,9 +40,9 @@ def test_what_cannot_be_exported(here: Path) -> None:
     file, bag = Path("run.rrd"), Path("bag")
     Path("there").mkdir()
     for mcap, namespace, rate, match in (
-        (Path("bag.mcap"), "/", None, r"a bag is a folder, .*e.g. bag"),
+        (Path("bag.mcap"), "/", None, r"bag is a folder, "),
         (Path("there"), "/", None, "--mcap there: exists already"),
-        (Path("no/bag"), "/", None, "there is no folder no"),
+        (Path("no/bag"), "/", None, "no folder no"),
         (bag, "/", 0.0, "--rate 0: messages a second"),
         (bag, "/", float("nan"), "--rate nan"),
         (bag, "a b", None, "--namespace a b: "),
@@ -65,10 +65,10 @@ def test_what_cannot_be_imported_or_replayed(here: Path) -> None:
     names, samples = run(40)
     export_of(here / "bag", describe(), names, samples)
     for bag, out, match in (
-        ("no", None, "no such folder or file"),
+        ("no", None, "no such folder"),
         ("run.rrd", None, "a folder written by rosbag2"),
         ("bag", Path("out.mcap"), "--out out.mcap: must end in .rrd"),
-        ("bag", Path("no/out.rrd"), "there is no folder no"),
+        ("bag", Path("no/out.rrd"), "no folder no"),
     ):
         with pytest.raises((InputError, RecordingError), match=match):
             import_command(ImportOptions(Path(bag), out))

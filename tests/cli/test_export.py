@@ -134,7 +134,7 @@ def test_every_channel_of_a_drive_has_a_unit() -> None:
     [
         ((), "nothing to write"),
         (("--csv", "r.txt"), "--csv r.txt: must end in .csv"),
-        (("--parquet", "no/r.parquet"), "there is no folder no"),
+        (("--parquet", "no/r.parquet"), "no folder no"),
         (("--csv", "r.csv", "--channels", "spede"), "'spede'; did you mean 'speed'?"),
         (("--csv", "r.csv", "--channels", "x,x"), "name each channel once"),
         (("--csv", "r.csv", "--from", "3", "--to", "1"), "--from 3 --to 1: "),

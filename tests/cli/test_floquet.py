@@ -73,7 +73,7 @@ def test_bad_input_exits_with_2_and_leaves_nothing(tmp_path: Path) -> None:
         ({"over": "race.radus=1:2:3"}, "did you mean 'radius'?"),
         ({"over": "speed=1:2:3", "speed": 4.0}, "give one of them"),
         ({"plot": Path("p.bmp")}, ".png, .svg, .pdf"),
-        ({"json": "no/r.json"}, "there is no folder"),
+        ({"json": "no/r.json"}, "no folder"),
         (
             {"change": ["effects.rolling_friction={arm: 1e-6}", "balls.radius=0.001"]},
             "--set effects.rolling_friction=",

@@ -67,11 +67,11 @@ def test_reports_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
         (("report", "no.rrd"), "no.rrd: no such file"),
         (("report", "empty.rrd"), "recording is empty"),
         (("report", "run.rrd", "--png", "r.jpg"), "--png r.jpg: "),
-        (("report", "run.rrd", "--html", "no/r.html"), "there is no folder no"),
+        (("report", "run.rrd", "--html", "no/r.html"), "no folder no"),
         (("report", *["run.rrd"] * 9), "at most 8"),
         (("compare", "run.rrd", "nothing"), "nothing"),
         (("compare", "empty.rrd", "no-ball"), "compared: it is empty"),
-        (("compare", "run.rrd", "no-ball", "--plot", "p.bmp"), "must end in one of"),
+        (("compare", "run.rrd", "no-ball", "--plot", "p.bmp"), "must end in"),
     ],
 )
 def test_bad_input_is_refused(

@@ -86,7 +86,7 @@ def test_what_cannot_be_meant_is_said(text: str, words: str) -> None:
 
 
 def test_an_int_beyond_all_floats_is_refused() -> None:
-    with pytest.raises(InputError, match="from 1 to 1.00000e\\+400: .*finite numbers"):
+    with pytest.raises(InputError, match="from 1 to 1.00000e\\+400: .*finite"):
         range_(MASS, 1, 10**400)
     with pytest.raises(InputError, match="balls.mass: 1000.*000: .* within 64 bits"):
         values(MASS, [10**400, 1])

@@ -68,10 +68,10 @@ def test_numbers_of_every_type_are_read(tmp_path: Path, values: list[Any], kind:
 @pytest.mark.parametrize(
     ("values", "says"),
     [
-        ([True, False], "holds truth values, not numbers"),
-        ([True, None], "holds truth values, not numbers"),
-        (["1.5", "over"], "texts, not numbers: 'over' at row 1"),
-        ([[1.0], [2.0]], "holds ndarray values, not numbers"),
+        ([True, False], "holds truth values"),
+        ([True, None], "holds truth values"),
+        (["1.5", "over"], "holds texts, .* 'over' at row 1"),
+        ([[1.0], [2.0]], "holds ndarray values"),
         ([None, None], "is empty"),
     ],
 )
@@ -313,11 +313,11 @@ def test_a_missing_pulse_is_told(tmp_path: Path) -> None:
     angle = 0.1 * np.arange(4000.0)
     pulses = pulse_train(angle, logic=True)
     pulses[(angle > 20 * np.pi) & (angle < 21 * np.pi)] = 0.0
-    with pytest.raises(InputError, match="0.5655 s the next pulse .* 0.126 s"):
+    with pytest.raises(InputError, match="0.5655 s .*next pulse .* 0.126 s"):
         angle_from_pulses(1e-3 * np.arange(4000.0), pulses, 1, "bench")
     with pytest.raises(InputError, match="has 0 pulses; .* 10"):
         angle_from_pulses(1e-3 * np.arange(4000.0), 0.0 * pulses, 1, "bench")
-    with pytest.raises(InputError, match="angle or keyphasor, not both"):
+    with pytest.raises(InputError, match="angle or keyphasor"):
         read_mapping_file(drives.mapping(tmp_path, drives.MAP + "keyphasor: {column: rpm}\n"))
 
 

@@ -58,7 +58,7 @@ def test_a_doubted_recording_that_no_fit_explains_is_refused() -> None:
     wrong = dataclasses.replace(
         measured, schedule=SpeedSchedule.of_scene(halved), doubt="bench: is the unit right?"
     )
-    with pytest.raises(InputError, match="bench: is the unit right"):
+    with pytest.raises(InputError, match="bench: .*unit right"):
         run_identification(drive, [wrong], BARE)
 
 

@@ -191,7 +191,7 @@ def broken(change: str) -> Float64MultiArray:
 )
 def test_steps_that_do_not_count(steps: list[float]) -> None:
     message = BLOCK.message(Block(("step", "time"), np.column_stack([steps, [0.0, 0.0]])))
-    with pytest.raises(MalformedMessage, match="^vibration/block: steps"):
+    with pytest.raises(MalformedMessage, match="^vibration/block: step must"):
         Block.of(message)
 
 

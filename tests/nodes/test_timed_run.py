@@ -160,7 +160,7 @@ def test_what_is_no_snapshot_of_that_profile(tmp_path: Path) -> None:
             bench.timed.restore(0, snapshot, plan, 1.0)
     assert bench.timed.run.status == status and not bench.timed.waits, "nothing has changed"
     for damage, words in (
-        (text[:200], "damaged, or not a snapshot"),
+        (text[:200], "damaged, or not"),
         ("{}", "of a profile controller"),
         (json.dumps({**json.loads(text), "ab_sim": "0.0.1"}), "is of ab_sim 0.0.1"),
         (json.dumps({**json.loads(text), "time": "noon"}), "is damaged"),

@@ -68,7 +68,7 @@ def test_a_sample_at_each_step_leaves_nothing_out() -> None:
     "name", ["deck", "drive_housing", "spindle", race_frame(3), ball_frame(12), arm_frame(0)]
 )
 def test_a_sensor_cannot_have_the_name_of_another_frame(name: str) -> None:
-    with pytest.raises(SceneError, match=f"name {name} is that of"):
+    with pytest.raises(SceneError, match=f"name {name} is"):
         load_scene("thesis-hold", [f"sensors.{name}={{}}"])
 
 

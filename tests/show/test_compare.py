@@ -174,7 +174,7 @@ def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Tr
         pass
     with pytest.raises(InputError, match="compared: it is empty"):
         compare_recording(open_recording(path), scene)
-    with pytest.raises(InputError, match="^r is empty: "):
+    with pytest.raises(InputError, match="r.rrd: .*recording is empty"):
         gather(open_recording(path), "r")
     names = [name for name in live.channels if name != "command"]
     columns = [live.channels.index(name) for name in names]

@@ -248,7 +248,7 @@ def test_a_profile_by_itself(tmp_path: Any) -> None:
     of_scene = load_profile("thesis-hold", ["start.speed=10"])
     assert of_scene.first == 10.0 and of_scene.profile.target_speed == 200.0
     for source, changes, words in (
-        (str(file), ["balls.mass=1"], "for balls; keys begin with profile."),
+        (str(file), ["balls.mass=1"], "for balls; .* profile."),
         (str(file), ["profile.target_sped=1"], "did you mean 'target_speed'"),
         ("{kind: seg}", [], "kind = 'seg': .* start_up, speed_change, segments"),
         ("{kind", [], "is not valid YAML"),

@@ -45,7 +45,7 @@ def test_a_branch_on_a_traced_number_names_it() -> None:
     with pytest.raises(TypeError, match=r"write where\(.*; it is \(speed < 2\)"):
         if a < 2.0:
             pass
-    with pytest.raises(TypeError, match="not from math; it is speed"):
+    with pytest.raises(TypeError, match="from math; .*speed"):
         math.cos(a)
     with pytest.raises(TypeError, match="whole number, 1 to 16"):
         a**0.5

@@ -153,5 +153,5 @@ def test_nothing_circulates_about_a_rotor_at_rest_and_counts_are_checked() -> No
     assert numbers is not None
     assert bunches(numbers, 0.0, 1) == []
     for count in (0, 3):
-        with pytest.raises(ValueError, match=f"count = {count}: must be from 1 to 2"):
+        with pytest.raises(ValueError, match=f"count = {count}: .* 1 to 2"):
             bunches(numbers, 100.0, count)

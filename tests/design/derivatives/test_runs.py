@@ -142,8 +142,8 @@ def test_channels_change_as_those_of_other_runs() -> None:
     [
         ({"keys": []}, "list of the scene's keys"),
         ({"keys": "balls.mass"}, "list of the scene's keys"),
-        ({"channels": ["z"]}, "channel 'z': there is none"),
-        ({"times": [0.0015]}, "whole number of steps of 0.001 s"),
+        ({"channels": ["z"]}, "channel 'z': "),
+        ({"times": [0.0015]}, "number of steps of 0.001 s"),
         ({"times": [float("nan")]}, "whole number of steps"),
         ({"times": [10**400]}, r"times: 1.00000e\+400 s: .*whole number"),
         ({"times": [-0.001]}, "whole number of steps"),
