@@ -45,7 +45,7 @@ def test_words_of_a_scene_hold_no_control_characters(key: str) -> None:
     text = '["\\e[31m"]' if key == "assumed" else '"\\e[31m"'
     with pytest.raises(SceneError) as refused:
         load_scene("no-ball", [f"{key}={text}"])
-    assert "must contain no control characters; remove them" in str(refused.value)
+    assert "no control characters" in str(refused.value)
     assert "\x1b" not in str(refused.value)
 
 

@@ -189,7 +189,7 @@ def test_the_command_says_what_it_did(killed: Path) -> None:
     assert first.returncode == second.returncode == 0
     assert "59 messages; " in first.stdout and "bytes of an incomplete message" in first.stdout
     assert "wrote bag" in first.stderr
-    assert "bag is complete: there is nothing to repair" in second.stdout
+    assert "bag is complete: " in second.stdout
 
 
 def test_chunks_are_closed_at_every_flush_and_at_a_size(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def test_whirl_is_measured_from_where_the_deck_hangs(known: bool, tmp_path: Path
     )
     if not known:
         assert done.returncode == 2 and not (tmp_path / "r.parquet").exists()
-        assert "--channels whirl: is measured from the deck's rest" in done.stderr
+        assert "--channels whirl: " in done.stderr
         return
     assert done.returncode == 0, done.stderr
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")

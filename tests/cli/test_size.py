@@ -43,10 +43,7 @@ def test_where_nothing_can_be_sized_it_says_why(tmp_path: Path) -> None:
         "size", *DRIVE, *OF, "--balls", "2", "--settle", "0.5 s", "--scene", "s.yaml", cwd=tmp_path
     )
     assert done.returncode == 1 and not list(tmp_path.glob("*.yaml"))
-    assert (
-        "nothing can be sized: 2 balls: at no drag 90 % of drives are balanced in time"
-        in done.stderr
-    )
+    assert "2 balls: at no drag 90 %" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -85,8 +85,8 @@ def test_balls_that_circulate_are_an_end_of_their_own(scene: SceneMaker) -> None
     [
         ({"balls": {"count": 1}}, 4, "balls.count = 1: a basin is drawn over"),
         ({"rotor": {"eccentricity": 0.0}}, 4, "rotor.eccentricity = 0 m"),
-        ({"balls": {"count": 4}}, 4, "the equal balls 3 and 4 start at one angle"),
-        ({}, 1, "basin: 1 angles: must be from 2 to 1000"),
+        ({"balls": {"count": 4}}, 4, "equal balls 3 and 4"),
+        ({}, 1, "basin: 1 angles: "),
     ],
 )
 def test_what_has_no_basin(
