@@ -53,10 +53,10 @@ class InC:
         drive, scene = package.drive, package.drive.scene
         tableau = drive.stepper.weights
         assert isinstance(tableau, Tableau)
-        deck_model, effects, segment = (
+        deck_model, effects, law = (
             drive.system.deck_model,
             scene.effects,
-            package.scheduled.segment,
+            package.scheduled.law,
         )
         self._constants = CDrive(
             deck_model.total_mass,
@@ -65,8 +65,8 @@ class InC:
             effects["suspension"].stiffness,
             effects["suspension"].damping,
             effects["viscous_drag"].coefficient,
-            segment.start_speed,
-            segment.acceleration(0.0),
+            law.start_speed,
+            law.acceleration(0.0),
             scene.balls.masses[0],
             scene.balls.radii[0],
         )

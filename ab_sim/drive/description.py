@@ -121,7 +121,7 @@ def _period(scene: Scene) -> dict[str, float] | None:
         return None
     middle = begins + 0.5 * profile.variable_speed_period.duration
     scheduled = schedule.segment_at(middle)
-    start, end = (float(scheduled.segment.speed(t)) for t in (0.0, scheduled.end - scheduled.start))
+    start, end = (float(scheduled.law.speed(t)) for t in (0.0, scheduled.end - scheduled.start))
     return {
         "start_speed": start,
         "end_speed": end,

@@ -179,16 +179,16 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
         name = f"segments.{at}"
         _within(f"{name}.start", scheduled.start, MOST_TIME)
         _within(f"{name}.start_angle", scheduled.start_angle, MOST_ANGLE)
-        segment = scheduled.segment
-        _within(f"{name}.start_speed", segment.start_speed, top)
-        if isinstance(segment, RaisedCosine):
-            _within(f"{name}.change", segment.change, 2.0 * top)
-            _within(f"{name}.duration", segment.duration, MOST_TIME, least=0)
+        law = scheduled.law
+        _within(f"{name}.start_speed", law.start_speed, top)
+        if isinstance(law, RaisedCosine):
+            _within(f"{name}.change", law.change, 2.0 * top)
+            _within(f"{name}.duration", law.duration, MOST_TIME, least=0)
         else:
-            _within(f"{name}.slope", segment.slope, MOST_SLOPE)
-            if segment.slope != 0.0:
-                change = segment.slope * (scheduled.end - scheduled.start)
-                _within(f"{name}: speed at its end", segment.start_speed + change, top)
+            _within(f"{name}.slope", law.slope, MOST_SLOPE)
+            if law.slope != 0.0:
+                change = law.slope * (scheduled.end - scheduled.start)
+                _within(f"{name}: speed at its end", law.start_speed + change, top)
 
 
 def _within(name: str, value: float, most: float, least: float | None = None) -> None:
@@ -294,7 +294,7 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
         "discrete_state": snapshot.discrete_state.tolist(),
         "memory": [snapshot.memory.shape, snapshot.memory.ravel().tolist()],
         "segments": [
-            [*scheduled[:3], type(scheduled.segment).__name__, scheduled[3]]
+            [*scheduled[:3], type(scheduled.law).__name__, scheduled[3]]
             for scheduled in schedule.segments
         ],
         "variable_speed_period": schedule.variable_speed_period,

@@ -59,9 +59,7 @@ class StepPlan:
         self._places: list[tuple[StepPlanPart, int]] = []
         """Part of each step range, and its index in that part."""
         lines = [_line(*pair) for pair in pairwise([*taken, _END])]
-        alike = groupby(
-            zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment)
-        )
+        alike = groupby(zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.law))
         for kind, pairs in alike:
             table = np.array([line for _, line in pairs], float)
             part = StepPlanPart(kind, table, len(self._places))

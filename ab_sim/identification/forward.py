@@ -225,7 +225,7 @@ def _step(scene: Scene, measured: Measured) -> float:
 def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
     """Return the scene with the recorded speed as its profile, and without a motor and sensors."""
     pieces = measured.schedule.segments[:-1]
-    first = pieces[0].segment
+    first = pieces[0].law
     # The recorded motion has happened, so the spindle's limits in the scene do not apply.
     changes: dict[str, Any] = {
         "profile": {
@@ -233,7 +233,7 @@ def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
             "segments": [
                 {
                     "duration": piece.end - piece.start,
-                    "acceleration": float(piece.segment.acceleration(0.0)),
+                    "acceleration": float(piece.law.acceleration(0.0)),
                 }
                 for piece in pieces
             ],

@@ -391,12 +391,12 @@ def scaled(measured: Measured, scale: float) -> Measured:
     pieces = [
         (
             scale * (piece.end - piece.start),
-            Ramp(piece.segment.speed(0.0), float(piece.segment.acceleration(0.0)) / scale),
+            Ramp(piece.law.speed(0.0), float(piece.law.acceleration(0.0)) / scale),
         )
         for piece in old.segments[:-1]
     ]
     first = old.segments[0]
     schedule = SpeedSchedule(
-        pieces, old.segments[-1].segment.speed(0.0), scale * first.start, first.start_angle
+        pieces, old.segments[-1].law.speed(0.0), scale * first.start, first.start_angle
     )
     return replace(measured, time=scale * measured.time, schedule=schedule)

@@ -167,9 +167,9 @@ class Function:
         self._constants = np.array([constants(f.scene) for f in runs]).T.copy()
         self._legs = (Leg * len(legs))()
         for at, leg in zip(self._legs, legs, strict=True):
-            segment = leg.scheduled.segment
-            assert isinstance(segment, Ramp)
-            at.start_speed, at.slope, at.count = segment.start_speed, segment.slope, leg.grid.size
+            law = leg.scheduled.law
+            assert isinstance(law, Ramp)
+            at.start_speed, at.slope, at.count = law.start_speed, law.slope, leg.grid.size
         self._times = np.concatenate([leg.grid - leg.scheduled.start for leg in legs])
         self._start = np.array([f.start for f in runs]).T.copy()
         self.rows = np.empty((self._times.size, *self._start.shape))

@@ -101,13 +101,13 @@ class OnRamp(NamedTuple):
     @classmethod
     def of(cls, scene: Scene, leg: SmoothInterval) -> "OnRamp":
         """Return the values of a segment; the expressions support ramps only."""
-        segment = leg.scheduled.segment
-        assert isinstance(segment, Ramp)
-        al, M, R = segment.slope, scene.total_mass, scene.race.radius
+        law = leg.scheduled.law
+        assert isinstance(law, Ramp)
+        al, M, R = law.slope, scene.total_mass, scene.race.radius
         ball = equal_balls(scene)
         unbalance = scene.eccentric_mass * scene.rotor.eccentricity * al / M
         return cls(
-            segment.start_speed,
+            law.start_speed,
             al,
             unbalance,
             ball.lever * al / R,

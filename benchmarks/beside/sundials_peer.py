@@ -134,7 +134,7 @@ class InC:
     def _run(self) -> list[np.ndarray]:
         state = self.case.f.start
         for leg, times, states in zip(self.case.f.legs, self.times, self.states, strict=True):
-            ramp = leg.scheduled.segment
+            ramp = leg.scheduled.law
             done = self.library.peer_leg(
                 self.peer,
                 ramp.start_speed,

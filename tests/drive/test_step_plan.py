@@ -34,7 +34,7 @@ def test_it_is_what_lies_ahead(name: str) -> None:
         ahead = list(step_ranges(profile, GRID, begin, FOREVER))
         assert len(lines) == len(ahead)
         for k, ((kind, line), step_range) in enumerate(zip(lines, ahead, strict=True)):
-            assert kind is type(step_range.scheduled.segment)
+            assert kind is type(step_range.scheduled.law)
             assert line[FIRST] <= begin if k == 0 else line[FIRST] == step_range.first
             assert [line[START], line[OFFSET], line[LENGTH]] == [
                 step_range.scheduled.start,

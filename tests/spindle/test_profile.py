@@ -45,8 +45,8 @@ def test_deceleration_in_the_period() -> None:
 
 def test_acceleration_jumps_take_the_right_hand_limit() -> None:
     profile = SpeedSchedule.start_up(0.0, 40.0, 200.0, period=(100.0, 0.5, 0.0))
-    assert profile.segment_at(2.5).segment.acceleration(0.0) == 0.0
-    assert profile.segment_at(math.nextafter(2.5, 0)).segment.acceleration(2.5) == 40.0
+    assert profile.segment_at(2.5).law.acceleration(0.0) == 0.0
+    assert profile.segment_at(math.nextafter(2.5, 0)).law.acceleration(2.5) == 40.0
 
 
 def test_period_that_begins_at_once() -> None:
@@ -191,6 +191,6 @@ def test_speed_and_angle_are_continuous(
     for t in profile.breakpoints:
         before, after = profile.segment_at(math.nextafter(t, -1.0)), profile.segment_at(t)
         local = t - before.start
-        assert before.segment.speed(local) == pytest.approx(after.segment.speed(0.0), rel=1e-9)
-        angle = before.start_angle + before.segment.angle(local)
+        assert before.law.speed(local) == pytest.approx(after.law.speed(0.0), rel=1e-9)
+        angle = before.start_angle + before.law.angle(local)
         assert angle == pytest.approx(after.start_angle, rel=1e-9, abs=1e-9)

@@ -82,8 +82,8 @@ def test_speed_and_angle_are_continuous_and_breakpoints_are_where_they_belong(
             lasts = segment.get("hold") or segment["duration"]
             end = speed + segment.get("acceleration", 0.0) * lasts
         assert scheduled.start == pytest.approx(due, rel=1e-12, abs=1e-12)
-        assert scheduled.segment.speed(0.0) == pytest.approx(speed, rel=1e-12, abs=1e-9)
-        assert scheduled.segment.speed(scheduled.end - scheduled.start) == pytest.approx(
+        assert scheduled.law.speed(0.0) == pytest.approx(speed, rel=1e-12, abs=1e-9)
+        assert scheduled.law.speed(scheduled.end - scheduled.start) == pytest.approx(
             end, abs=blurred
         )
         assert scheduled.start_angle == pytest.approx(angle, rel=1e-9, abs=1e-6)

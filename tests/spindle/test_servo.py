@@ -19,7 +19,7 @@ def test_goes_there_at_its_acceleration_and_stays(speed: float, command: float) 
     assert profile.end == pytest.approx(3.0 + abs(command - speed) / 50.0)
     assert profile.speed(profile.end) == command
     assert profile.speed(1e6) == command
-    assert abs(profile.segment_at(3.0).segment.acceleration(0.0)) == 50.0
+    assert abs(profile.segment_at(3.0).law.acceleration(0.0)) == 50.0
 
 
 def test_command_of_the_present_speed_is_a_hold() -> None:

@@ -40,7 +40,7 @@ def known_beforehand() -> list[str]:
         scene = load_scene(name)
         if not scene.is_controlled and scene.profile is not None:
             segments = SpeedSchedule.of_scene(scene).segments
-            if all(isinstance(scheduled.segment, Ramp) for scheduled in segments):
+            if all(isinstance(scheduled.law, Ramp) for scheduled in segments):
                 found.append(name)
     return found
 
@@ -73,7 +73,7 @@ def test_ramps_to_any_speed_arrive_better_than_nanoseconds(
     timed = timed_speeds(set_points_of(asked, 0), LIMITS)._replace(start=0)
     sent = joined(STANDSTILL, 0.0, timed, 100.0)
     assert sent.breakpoints == pytest.approx(asked.breakpoints, rel=0, abs=1e-12)
-    assert [s.segment for s in sent.segments] == [s.segment for s in asked.segments]
+    assert [s.law for s in sent.segments] == [s.law for s in asked.segments]
 
 
 @given(st.lists(st.tuples(st.integers(10**4, 10**10), speeds), min_size=1, max_size=20))
@@ -89,11 +89,11 @@ def test_speeds_are_linear_between_points(given_points: list[tuple[int, float]])
         assert schedule.speed(point.time / 1e9 * (1 - 1e-12)) == pytest.approx(
             point.speed, rel=1e-6, abs=1e-3
         )
-    assert schedule.segments[-1].segment == Ramp(wanted.points[-1].speed, 0.0)
+    assert schedule.segments[-1].law == Ramp(wanted.points[-1].speed, 0.0)
     for before, after in itertools.pairwise(schedule.segments):
         assert before.end == after.start
-        end = before.segment.speed(before.end - before.start)
-        assert end == pytest.approx(after.segment.speed(0.0), rel=1e-9, abs=1e-6)
+        end = before.law.speed(before.end - before.start)
+        assert end == pytest.approx(after.law.speed(0.0), rel=1e-9, abs=1e-6)
 
 
 def test_a_raised_cosine_becomes_points_on_it() -> None:
@@ -124,11 +124,11 @@ def test_a_drive_at_another_speed_catches_up(at_once: bool) -> None:
     first = (0.0, 60.0) if at_once else (0.1, 60.0)
     schedule = followed(points(first, (first[0] + 2.0, 140.0)))
     meets = 1.0 if at_once else 56.0 / 60.0  # 100 t = 60 + 40 (t - 0.1)
-    assert schedule.segments[0].segment == Ramp(0.0, 100.0)
+    assert schedule.segments[0].law == Ramp(0.0, 100.0)
     assert schedule.segments[0].end == pytest.approx(meets)
     for time in (1.2, 1.7, 2.0):
         assert schedule.speed(time) == pytest.approx(60.0 + 40.0 * (time - first[0]))
-    slopes = [abs(scheduled.segment.slope) for scheduled in schedule.segments]  # type: ignore[union-attr]
+    slopes = [abs(scheduled.law.slope) for scheduled in schedule.segments]  # type: ignore[union-attr]
     assert max(slopes) == 100.0
 
 

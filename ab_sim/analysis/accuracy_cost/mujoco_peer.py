@@ -39,7 +39,7 @@ def mujoco_refusal(scene: Scene) -> str:
     others = [name for name in scene.effects if name not in KNOWN]
     if others:
         return f"the MuJoCo model here lacks {', '.join(others)}"
-    segments = [piece.segment for piece in SpeedSchedule.of_scene(scene).segments]
+    segments = [piece.law for piece in SpeedSchedule.of_scene(scene).segments]
     if not all(isinstance(segment, Ramp) for segment in segments):
         return "the MuJoCo model here takes only profiles of constant accelerations"
     turning = any(segment.acceleration(0.0) for segment in segments)
@@ -157,7 +157,7 @@ class MuJoCo:
             end = min(piece.end, self.sampling.end)
             if end - now < SAME_INSTANT:
                 continue
-            al = piece.segment.acceleration(0.0)
+            al = piece.law.acceleration(0.0)
             self.data.qfrc_applied[2] = self.unit * self.spindle * al
             self.data.qfrc_applied[3:] = self.unit * self.spin_torque * al
             for time in times[len(kept) :]:

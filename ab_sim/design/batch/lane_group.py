@@ -54,8 +54,7 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
     """
     rows = [row for ranges in _ranges_between_cuts(step_plans) for row in _plan_rows(ranges, step)]
     same_type = (
-        len({type(step_range.scheduled.segment) for _, _, lanes in rows for step_range in lanes})
-        == 1
+        len({type(step_range.scheduled.law) for _, _, lanes in rows for step_range in lanes}) == 1
     )
     numbers = [(lanes[0].first, steps, finishes) for steps, finishes, lanes in rows]
     places = [[_place(step_range, same_type) for step_range in lanes] for _, _, lanes in rows]
@@ -64,7 +63,7 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
         for _, _, lanes in rows
     ]
     constants = [[place.numbers for place in row] for row in places]
-    return type(places[0][0].segment), LanePlan(
+    return type(places[0][0].law), LanePlan(
         np.array(numbers, np.int64), _by_lane(constants), _by_lane(times)
     )
 
@@ -72,7 +71,7 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
 def _place(step_range: StepRange, same_type: bool) -> ActiveSegment:
     """Return the segment of a step range for the kernel, in a common type if types differ."""
     place = active_segment(step_range.scheduled)
-    return place if same_type else place._replace(segment=RampAndCosine.of(place.segment))
+    return place if same_type else place._replace(law=RampAndCosine.of(place.law))
 
 
 def _ranges_between_cuts(

@@ -89,7 +89,7 @@ class PreparedRun:
         schedule = SpeedSchedule.at_start if self._controlled else SpeedSchedule.of_scene
         scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
-        curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
+        curved = any(not isinstance(scheduled.law, Ramp) for scheduled in scheduled_segments)
         self.step_plan_key = StepPlanKey(
             scheduled_segments,
             StepResolution(self.scene.solver.step, choice.cycle if curved else 0.0),

@@ -203,7 +203,7 @@ def _can_vary(base: PreparedRun) -> bool:
     if any(hasattr(effect, "check_scene") for effect in effects):
         return False
     # Steps along a curved profile depend on the cycle, and sensors are not covered here.
-    ramps = all(isinstance(part.segment, Ramp) for part in base.step_plan_key.scheduled_segments)
+    ramps = all(isinstance(part.law, Ramp) for part in base.step_plan_key.scheduled_segments)
     # With an automatic choice, the division of steps may differ from run to run.
     kept = scene.solver.stepper != AUTO or base.stepper is stepper_named(USUAL)
     return base.fits_lane and ramps and not scene.pickups and kept

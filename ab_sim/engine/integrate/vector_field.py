@@ -62,7 +62,7 @@ class VectorField:
         self.discrete_state = _shaped(
             "discrete_state", discrete_state, (len(system.balls) + 1, DISCRETE_COLUMNS), np.int64
         )
-        self._code = code_of(system, type(scheduled.segment))
+        self._code = code_of(system, type(scheduled.law))
         c = self._code.constants(system)
         self._code.put_place(c, active_segment(scheduled).numbers)
         self._c, self._b = c, branches_of(system, self.discrete_state)

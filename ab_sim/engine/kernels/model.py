@@ -207,8 +207,8 @@ class Model:
         Whole turns of a motor's spindle are left out.
         """
         when = self.graph.input("profile_time", Level.TIME)
-        segment, turned = self.place.segment, self.place.segment.angle(when)
-        requested, spindle = segment.speed(when), forces.spindle
+        law, turned = self.place.law, self.place.law.angle(when)
+        requested, spindle = law.speed(when), forces.spindle
         if at.spindle is None:
             angle, speed, psi = self.place.angle + turned, requested, self.place.phase + turned
         else:

@@ -264,10 +264,10 @@ def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:
             "end": segment.end,
             "start_angle": segment.start_angle,
             "phase": place.phase,
-            **segment.segment._asdict(),
+            **segment.law._asdict(),
         }
         numbers_by_name = {name: float(value) for name, value in numbers.items()}
-        kind = KINDS[type(segment.segment)].upper()
+        kind = KINDS[type(segment.law)].upper()
         values = [
             f".{name} = {c_literal(value)}"
             for name, value in numbers_by_name.items()

@@ -179,7 +179,7 @@ class _Content(NamedTuple):
 
 def kinds_of(schedule: SpeedSchedule) -> list[type[Any]]:
     """Return the kinds of a schedule's segments; ramps are included, because commands need them."""
-    kinds = {type(scheduled.segment) for scheduled in schedule.segments}
+    kinds = {type(scheduled.law) for scheduled in schedule.segments}
     return [kind for kind in (Ramp, RaisedCosine) if kind is Ramp or kind in kinds]
 
 

@@ -275,4 +275,4 @@ def active_segment(scheduled: ScheduledSegment) -> ActiveSegment:
     The result is cached, because every step plan and every batch converts the same few segments.
     """
     phase, lasts = reduced(scheduled.start_angle)[0], float(scheduled.end - scheduled.start)
-    return ActiveSegment(scheduled.segment, phase, lasts, float(scheduled.start_angle))
+    return ActiveSegment(scheduled.law, phase, lasts, float(scheduled.start_angle))

@@ -169,7 +169,7 @@ def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
 class ActiveSegment(NamedTuple):
     """Segment of the speed schedule that is in force, as numbers or expressions."""
 
-    segment: Any
+    law: Any
     """Speed law, a function of the time since the segment's beginning: a ``Ramp``,
     ``RaisedCosine`` or ``RampAndCosine``."""
     phase: Number
@@ -182,7 +182,7 @@ class ActiveSegment(NamedTuple):
     @property
     def numbers(self) -> list[Number]:
         """Return the numbers in the order of a kernel's constants: the speed law's come first."""
-        return [*self.segment, self.phase, self.until, self.angle]
+        return [*self.law, self.phase, self.until, self.angle]
 
 
 class MotorState(NamedTuple):
@@ -217,14 +217,12 @@ def prescribed(
         time: time since the segment's beginning [s].
         angle_needed: True to compute cosine and sine of the angle; else they are 1 and 0.
     """
-    acceleration = over_effects(
-        effects, "spindle_acceleration", 0.0, place.segment.acceleration(time)
-    )
+    acceleration = over_effects(effects, "spindle_acceleration", 0.0, place.law.acceleration(time))
     c, s = 1.0, 0.0
     if angle_needed:
-        psi = place.phase + place.segment.angle(time)
+        psi = place.phase + place.law.angle(time)
         c, s = cos(psi), sin(psi)
-    return SpindleMotion(place.segment.speed(time), acceleration, c, s, 0.0, 0.0)
+    return SpindleMotion(place.law.speed(time), acceleration, c, s, 0.0, 0.0)
 
 
 def motor_driven(
@@ -243,7 +241,7 @@ def motor_driven(
     """
     # At the limit, the branch decides and not a comparison of torques: the equations then stay
     # smooth beyond the event at which the torque leaves its limit, and the event can be located.
-    error = place.segment.speed(time) - at.speed
+    error = place.law.speed(time) - at.speed
     commanded = over_effects(effects, "loop_torque", 0.0, error, at.integral)
     limit = over_effects(effects, "largest_torque", 0.0)
     delivered = where(abs(at.limit) > 0.5, at.limit * limit, commanded)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ab_msgs_py.set_points import SetPoint, SetPoints
 from ab_sim.base.errors import CommandError, exact, short
-from ab_sim.model.spindle.schedule import Ramp, Segment, SpeedSchedule
+from ab_sim.model.spindle.schedule import Ramp, SpeedLaw, SpeedSchedule
 
 
 class SpeedServo(NamedTuple):
@@ -227,26 +227,26 @@ def set_points_of(schedule: SpeedSchedule, start: int) -> SetPoints:
     """
     points, time = [], 0
     for scheduled, following in pairwise(schedule.segments):
-        lasts, segment = scheduled.end - scheduled.start, scheduled.segment
+        lasts, law = scheduled.end - scheduled.start, scheduled.law
         # Each duration is rounded by itself, so that a whole number of nanoseconds stays exact.
         rounded = round(lasts * 1e9)
-        if isinstance(segment, Ramp):
+        if isinstance(law, Ramp):
             if lasts > 0.0:
-                points.append(SetPoint(time, segment.start_speed, segment.slope))
-            if rounded / 1e9 != lasts and _leads(segment, rounded / 1e9, following.segment):
+                points.append(SetPoint(time, law.start_speed, law.slope))
+            if rounded / 1e9 != lasts and _leads(law, rounded / 1e9, following.law):
                 # otherwise the receiver would take the rounded duration for the exact one
                 rounded += 1
         else:
             count = math.ceil(lasts / max(SHAPE_STEP, lasts / SHAPE_POINTS))
             for k in range(count):
                 local = lasts * k / count
-                points.append(SetPoint(time + round(local * 1e9), segment.speed(local)))
+                points.append(SetPoint(time + round(local * 1e9), law.speed(local)))
         time += rounded
-    points.append(SetPoint(time, float(schedule.segments[-1].segment.speed(0.0)), 0.0))
+    points.append(SetPoint(time, float(schedule.segments[-1].law.speed(0.0)), 0.0))
     return SetPoints(start, tuple(points))
 
 
-def _leads(ramp: Ramp, duration: float, to: Segment) -> bool:
+def _leads(ramp: Ramp, duration: float, to: SpeedLaw) -> bool:
     """Return whether a ramp of a duration [s] ends exactly at the next segment's speed."""
     return bool(ramp.speed(duration) == to.speed(0.0))
 

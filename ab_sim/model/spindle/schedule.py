@@ -1,6 +1,6 @@
 """Schedule of the spindle speed: successive segments with exact breakpoints.
 
-Segments (``Ramp``, ``RaisedCosine``) are named tuples with plain methods: formulas that are
+Speed laws (``Ramp``, ``RaisedCosine``) are named tuples with plain methods: formulas that are
 compiled to machine code, and that also take arrays of times.
 """
 
@@ -16,7 +16,7 @@ from ab_sim.base.errors import SceneError
 if TYPE_CHECKING:
     from ab_sim.scene import Scene
     from ab_sim.scene.profiles import AnyProfile
-    from ab_sim.scene.segments import Segment as ProfileSegment
+    from ab_sim.scene.segments import Segment
 
 
 Times = Any
@@ -84,11 +84,11 @@ class RampAndCosine(NamedTuple):
     """Duration of the raised cosine [s]; 1 for a ramp."""
 
     @classmethod
-    def of(cls, segment: Ramp | RaisedCosine) -> "RampAndCosine":
-        """Return the sum that equals this segment."""
-        if isinstance(segment, Ramp):
-            return cls(segment.start_speed, segment.slope, 0.0, 1.0)
-        return cls(segment.start_speed, 0.0, segment.change, segment.duration)
+    def of(cls, law: Ramp | RaisedCosine) -> "RampAndCosine":
+        """Return the sum that equals this law."""
+        if isinstance(law, Ramp):
+            return cls(law.start_speed, law.slope, 0.0, 1.0)
+        return cls(law.start_speed, 0.0, law.change, law.duration)
 
     def speed(self, time: Times) -> Times:
         """Return the speed w [rad/s] at local ``time`` [s]."""
@@ -108,7 +108,7 @@ class RampAndCosine(NamedTuple):
         return ramp + 0.5 * self.change * (time - lag)
 
 
-Segment = Ramp | RaisedCosine
+SpeedLaw = Ramp | RaisedCosine
 
 
 class ScheduledSegment(NamedTuple):
@@ -120,7 +120,7 @@ class ScheduledSegment(NamedTuple):
     """End time [s]; infinite for the last segment."""
     start_angle: float
     """Angle psi at the start [rad]."""
-    segment: Segment
+    law: SpeedLaw
     """Speed, acceleration and angle as functions of the time since ``start``."""
 
 
@@ -128,7 +128,7 @@ class SpeedSchedule:
     """Spindle speed and angle over time, segment by segment; the last speed is held without end.
 
     Args:
-        segments: pairs of a duration [s] and its segment.
+        segments: pairs of a duration [s] and its speed law.
         final_speed: speed [rad/s] held after the last segment.
         start: time at which the first segment begins [s].
         start_angle: angle psi at that time [rad].
@@ -137,19 +137,17 @@ class SpeedSchedule:
 
     def __init__(
         self,
-        segments: Sequence[tuple[float, Segment]],
+        segments: Sequence[tuple[float, SpeedLaw]],
         final_speed: float,
         start: float = 0.0,
         start_angle: float = 0.0,
         variable_speed_period: float | None = None,
     ) -> None:
         scheduled_segments = []
-        for duration, segment in segments:
-            scheduled_segments.append(
-                ScheduledSegment(start, start + duration, start_angle, segment)
-            )
+        for duration, law in segments:
+            scheduled_segments.append(ScheduledSegment(start, start + duration, start_angle, law))
             start += duration
-            start_angle += segment.angle(duration)
+            start_angle += law.angle(duration)
         scheduled_segments.append(
             ScheduledSegment(start, math.inf, start_angle, Ramp(final_speed, 0.0))
         )
@@ -166,7 +164,7 @@ class SpeedSchedule:
     def top_speed(self) -> float:
         """Largest magnitude of the speed [rad/s]; it is monotonic within every segment."""
         return max(
-            abs(scheduled.segment.speed(local))
+            abs(scheduled.law.speed(local))
             for scheduled in self.segments
             for local in (0.0, scheduled.end - scheduled.start if scheduled.end < math.inf else 0.0)
         )
@@ -176,7 +174,7 @@ class SpeedSchedule:
         """Largest magnitude of the acceleration [rad/s^2]."""
         return max(
             (
-                abs(float(scheduled.segment.acceleration(0.5 * (scheduled.end - scheduled.start))))
+                abs(float(scheduled.law.acceleration(0.5 * (scheduled.end - scheduled.start))))
                 for scheduled in self.segments[:-1]
             ),
             default=0.0,
@@ -198,12 +196,12 @@ class SpeedSchedule:
     def speed(self, time: float) -> float:
         """Return the spindle speed w at a time [rad/s]."""
         scheduled = self.segment_at(time)
-        return scheduled.segment.speed(time - scheduled.start)
+        return scheduled.law.speed(time - scheduled.start)
 
     def angle(self, time: float) -> float:
         """Return the spindle angle psi at a time [rad], unwrapped."""
         scheduled = self.segment_at(time)
-        return scheduled.start_angle + scheduled.segment.angle(time - scheduled.start)
+        return scheduled.start_angle + scheduled.law.angle(time - scheduled.start)
 
     def angles(self, times: np.ndarray) -> np.ndarray:
         """Return the spindle angles psi at several times [rad]."""
@@ -223,7 +221,7 @@ class SpeedSchedule:
                     scheduled.start + by,
                     scheduled.end + by,
                     scheduled.start_angle + turned,
-                    scheduled.segment,
+                    scheduled.law,
                 )
                 for scheduled in self.segments
             ],
@@ -283,7 +281,7 @@ class SpeedSchedule:
                 (at, after, slope, duration),
                 (after, target_speed, acceleration, None),
             ]
-        segments: list[tuple[float, Segment]] = [
+        segments: list[tuple[float, SpeedLaw]] = [
             (duration if duration is not None else (to - begin) / slope, Ramp(begin, slope))
             for begin, to, slope, duration in legs
         ]
@@ -308,14 +306,14 @@ class SpeedSchedule:
             start_angle: psi at t = 0 [rad].
         """
         change = RaisedCosine(start_speed, to_speed - start_speed, duration)
-        segments: list[tuple[float, Segment]]
+        segments: list[tuple[float, SpeedLaw]]
         segments = [(start_time, Ramp(start_speed, 0.0)), (duration, change)]
         return cls(segments, to_speed, start_angle=start_angle)
 
     @classmethod
     def of_segments(
         cls,
-        segments: Sequence["ProfileSegment"],
+        segments: Sequence["Segment"],
         speed: float,
         start: float = 0.0,
         start_angle: float = 0.0,
@@ -328,7 +326,7 @@ class SpeedSchedule:
             start: time at which it begins [s].
             start_angle: psi at that time [rad].
         """
-        ramps: list[tuple[float, Segment]] = []
+        ramps: list[tuple[float, SpeedLaw]] = []
         for segment in segments:
             duration, slope = segment.ramp(speed)
             ramps.append((duration, Ramp(speed, slope)))

@@ -11,7 +11,7 @@ from ab_sim.scene.segments import Until
 
 
 def _speed(scheduled: ScheduledSegment) -> float:
-    return _rounded(scheduled.segment.speed(0.0))
+    return _rounded(scheduled.law.speed(0.0))
 
 
 def _rounded(speed: float) -> float:
@@ -21,12 +21,12 @@ def _rounded(speed: float) -> float:
 def _words(scheduled: ScheduledSegment) -> str:
     """Describe a segment that ends at a known time."""
     lasts = scheduled.end - scheduled.start
-    begin, end = _speed(scheduled), _rounded(scheduled.segment.speed(lasts))
-    if not isinstance(scheduled.segment, Ramp):
+    begin, end = _speed(scheduled), _rounded(scheduled.law.speed(lasts))
+    if not isinstance(scheduled.law, Ramp):
         return f"from {begin:g} to {end:g} rad/s along a raised cosine in {lasts:g} s"
-    if scheduled.segment.slope == 0.0 or lasts == 0.0:
+    if scheduled.law.slope == 0.0 or lasts == 0.0:
         return f"hold {begin:g} rad/s for {lasts:g} s"
-    return f"from {begin:g} to {end:g} rad/s at {scheduled.segment.slope:g} rad/s^2"
+    return f"from {begin:g} to {end:g} rad/s at {scheduled.law.slope:g} rad/s^2"
 
 
 LEAST_SAMPLES = 8
@@ -287,7 +287,7 @@ class SegmentsExecution:
         scheduled, until = self._schedule.segments[number - self._passed], self._until(number)
         if until is None:
             return _words(scheduled)
-        slope = scheduled.segment.acceleration(0.0)
+        slope = scheduled.law.acceleration(0.0)
         how = f"accelerate at {slope:g} rad/s^2" if slope else f"hold {_speed(scheduled):g} rad/s"
         return f"{how} until {until.words}, at most {until.at_most:g} s"
 

@@ -97,7 +97,7 @@ def parts(
 
 def _longest(scheduled: ScheduledSegment, resolution: StepResolution) -> float:
     """Return the longest allowed step along a segment [s]."""
-    if isinstance(scheduled.segment, Ramp):
+    if isinstance(scheduled.law, Ramp):
         return resolution.step
     return resolution.step * min(1.0, (scheduled.end - scheduled.start) / resolution.cycle)
 
