@@ -23,7 +23,7 @@ class Compared(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Runs for comparison; each is None if the scene has nothing to leave out."""
+    """Runs without a part of the scene; each is None if the scene does not have this part."""
 
     without_period: Compared | str | None
     """Run without the variable-speed period, or the error message if it failed."""

@@ -177,11 +177,11 @@ def run_scene(
     scene, work_precision = resolve_accuracy(scene, tell=tell)
     drive = Drive(scene)
     if end / drive.step * len(drive.channels) > MAX_VALUES:
-        what = "duration" if end == scene.duration else "times:"
+        what = "duration =" if end == scene.duration else "times:"
         most = MAX_VALUES // len(drive.channels) * drive.step
         raise InputError(
-            f"{what} = {exact(end)} s: every step is kept, and with steps of {drive.step:g} s at "
-            f"most {most:.10g} s fit; use a longer solver.step or a shorter run"
+            f"{what} {exact(end)} s: every step is kept, so it must be at most {most:.10g} s with "
+            f"steps of {drive.step:g} s; use a longer solver.step or a shorter run"
         )
     # The run stops at the last step before each requested time, from which a sample is computed,
     # and at the ends of ``parts`` equal blocks. 1e-9 of a step allows for rounded times.

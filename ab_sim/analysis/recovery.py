@@ -154,8 +154,8 @@ def _check_length(scene: Scene, step: float) -> None:
     most = MAX_VALUES / len(_KEPT) * step / LONGEST
     if scene.duration > most:
         raise InputError(
-            f"duration = {exact(scene.duration)} s: with steps of {step:g} s at most {most:.10g} s "
-            "fit; use a longer solver.step or a shorter run"
+            f"duration = {exact(scene.duration)} s: must be at most {most:.10g} s with steps of "
+            f"{step:g} s; use a longer solver.step or a shorter run"
         )
 
 

@@ -68,14 +68,14 @@ UNDECIDED: Colour = (189, 189, 189)
 OUTSIDE: Colour = (201, 201, 201)
 NO_VALUE: Colour = (217, 217, 217)
 LEFT_OUT: Colour = (228, 228, 228)
-"""Colours of what is not decided, out of bounds, without a value, or not computed."""
+"""Colours of areas that are undecided, out of bounds, without a value, or not computed."""
 PREDICTED: Colour = (136, 136, 136)
 DOT: Colour = (154, 154, 154)
 MAIN: Colour = (43, 108, 163)
 """Colour of the main curve or bar of a study of many runs."""
 MAIN_DARK: Colour = (31, 78, 140)
 MAIN_PALE: Colour = (185, 207, 227)
-"""Colours of its second and third part."""
+"""Darker and paler variant of ``MAIN``, for further curves or bars."""
 OPPOSITE: Colour = (196, 98, 45)
 """Colour of bars in the direction opposite to those in ``MAIN_DARK``."""
 BEST: Colour = (179, 0, 125)

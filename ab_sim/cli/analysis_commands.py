@@ -46,7 +46,8 @@ class EquilibriaOptions(NamedTuple):
 
     Labels: a state p+q has p balls on the side of the displacement and q balls on the opposite
     side; of two such states, /1 has the larger whirl and /2 the smaller. If balls differ, the label
-    has a sign for each ball. The balanced state has no whirl.
+    has a sign for each: + on the side of the displacement, - opposite. The balanced state has no
+    whirl.
 
     The verdicts neglect friction and contact of balls. Symbols, signs and angles:
     docs/conventions.md

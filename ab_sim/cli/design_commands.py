@@ -152,8 +152,8 @@ class TuneOptions(NamedTuple):
 
     It names the ends of ranges and the bounds that limit the best values.
 
-    With --spread, a candidate is judged by the metric that the required share of its drives
-    reaches. All candidates have the same draws; about --runs / --draws candidates are tried.
+    With --spread, a candidate is judged by the worst metric among the best --share of its drives.
+    All candidates have the same draws; about --runs / --draws candidates are tried.
 
     The same seed gives the same result. Finished runs are cached: after an interruption, the same
     command continues.
@@ -169,7 +169,7 @@ class TuneOptions(NamedTuple):
             balls.mass=5%. Repeatable.
         draws N: With --spread, number of drives that are simulated for each candidate.
         share PERCENT: With --spread, share of a candidate's drives that must settle within all
-            bounds; the candidate is judged by the metric that this share reaches.
+            bounds; the worst metric among the best of them judges the candidate.
         runs N: Approximate largest number of runs.
         best_scene --scene FILE: Write the best scene: .yaml.
         plot: Draw the metric of the candidates over each key: .png, .svg or .pdf.

@@ -54,8 +54,8 @@ class CompareOptions(NamedTuple):
 
     * An offline run is bit-identical, and so is a live run under the scene's profile or under speed
       commands.
-    * A live run along another trajectory is repeated with the recorded speed at each step, and is
-      not bit-identical.
+    * A live run along another spindle/trajectory is repeated with the recorded speed at each step,
+      and is not bit-identical.
     * A recording that begins in the middle of a run is repeated from the state of its first sample.
 
     Other recordings are aligned by time: the run begins at the first sample, applies each command

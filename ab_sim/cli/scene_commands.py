@@ -233,9 +233,9 @@ class AccuracyOptions(NamedTuple):
 
     The command takes minutes; shorten a long scene with --set duration=2.
 
-    * Errors in ball angle, whirl and energy balance are relative to a reference, whose uncertainty
-      is reported. For scenes without friction, contact and motor the reference is independent; for
-      others it is ab_sim at short steps.
+    * Errors of ball angle, whirl and energy balance are differences from a reference, whose
+      uncertainty is reported. For scenes without friction, contact and motor the reference is
+      independent; for others it is ab_sim at short steps.
     * CPU time per simulated second is the fraction of one core that a run in real time needs.
     * `pip install 'ab_sim[peers]'` adds SUNDIALS and MuJoCo to the comparison.
 

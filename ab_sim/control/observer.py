@@ -293,7 +293,7 @@ class Observer:
         return True, self._combine(dt)
 
     def _take_over(self, time: float, angle: float, speed: float, p: float, r: float) -> None:
-        """Keep a sample as the last one; ``p``, ``r``: its force per mass, see ``_p``."""
+        """Store the latest sample; ``p``, ``r``: values of ``_p``, ``_r`` at its time."""
         self.samples += 1.0
         self.time, self._angle, self.speed = time, angle, speed
         self._p, self._r = p, r

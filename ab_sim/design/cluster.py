@@ -367,8 +367,8 @@ def results_of(
 ) -> list[Any] | Differs | Exception:
     """Perform a task on a worker.
 
-    The exception of a call is returned. An exception that is raised is thus one of the worker, such
-    as that it has no ab_sim.
+    Exceptions of the calls are returned. An exception that is raised therefore concerns the worker
+    itself, for example if ab_sim is not installed there.
 
     Args:
         modules: modules that results depend on.

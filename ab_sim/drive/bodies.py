@@ -138,7 +138,7 @@ def _move_deck(
         turn = np.array(pose.turn)
         length = math.sqrt(float(turn @ turn))
         if not abs(length - 1.0) < 1e-3:
-            raise InputError(f"deck: orientation has length {length:g}; must have length 1")
+            raise InputError(f"deck: orientation: the quaternion's norm is {length:g}; must be 1")
         turn = turn / length
     if type(drive.system.deck_model).AXES == 3:
         if pose is not None:

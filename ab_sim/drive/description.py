@@ -15,7 +15,7 @@ from ab_sim.model.spindle import SpeedSchedule, top_speed_of
 from ab_sim.scene.model import Scene
 
 _PEAK = 0.15
-"""Factor on the whirl at the critical speed for the scale of a drawing, which may cut it off."""
+"""Scale of a drawing as a fraction of the whirl at the critical speed; more whirl is cut off."""
 _MOVES_THE_DECK = ("deck_force", "space_force")
 
 

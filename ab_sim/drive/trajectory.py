@@ -122,7 +122,7 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, in
         enough = steps // (fit + 1) + 1
         raise ValueError(
             f"steps = {short(steps)}: with every = {short(every)} there would be "
-            f"{short(steps // every)} samples, and at most {fit} fit; keep fewer with every = "
+            f"{short(steps // every)} samples, at most {fit} are allowed; keep fewer with every = "
             f"{short(enough)} or more, or advance in parts"
         )
     return steps, every

@@ -330,7 +330,7 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
         if backward > BACKWARD * forward and backward > 0.2:
             raise InputError(
                 f"{name}: the deck whirls against the spindle; are the signals' axes swapped, or "
-                "is one reversed (direction in the mapping), or the sign of the speed?"
+                "is one reversed (direction in the mapping), or is the sign of the speed wrong?"
             )
     strength, factor = _best_factor(centred, angle, window)
     if strength < 0.3 or abs(factor - 1.0) < TURNS_OFF:

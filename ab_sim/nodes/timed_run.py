@@ -348,7 +348,7 @@ class TimedRun:
         return again if anew is None else anew
 
     def _due(self, before: int, now: int) -> bool:
-        """Return whether a period has begun between two times [ns]; without a simulator, always."""
+        """Return whether a period has begun between two times [ns]; True without a simulator."""
         return not self._simulated or (
             (now - self._began) // self._period != (before - self._began) // self._period
         )

@@ -79,7 +79,7 @@ def test_keeping_some_steps_only_is_leaving_out_the_others(
 
 def test_samples_that_do_not_fit_are_refused_before_any_is_taken(scene: Any) -> None:
     drive = Drive(scene())
-    with pytest.raises(ValueError, match="at most 16666666 fit") as caught:
+    with pytest.raises(ValueError, match="at most 16666666 are allowed") as caught:
         drive.advance(10**12)
     assert drive.steps == 0
     named = re.search(r"with every = (\d+) or more", str(caught.value))
@@ -93,7 +93,7 @@ def test_samples_that_do_not_fit_are_refused_before_any_is_taken(scene: Any) -> 
 def test_an_int_beyond_all_floats_is_refused_shortly(scene: Any, digits: int) -> None:
     drive, large = Drive(scene()), 10**digits
     for call, allowed in (
-        (lambda: drive.advance(large), "at most 16666666 fit"),
+        (lambda: drive.advance(large), "at most 16666666 are allowed"),
         (lambda: drive.advance(-large), "must be at least 0"),
         (lambda: drive.advance(1, -large), "must be at least 1"),
         (lambda: drive.observe_at(large), "within the next step"),

@@ -30,10 +30,10 @@ HEAVIER = (1.02, 1.1, 1.2, 1.35, 1.5, 2.0)
 At 1 the slowest growth rate of a balanced position is 0, and nothing settles.
 """
 ROOMY, AS_WIDE = 2.0, 0.9
-"""Choice of the lightest balls with a sufficient window.
+"""Factors for the sufficient width of a drag window; the lightest balls that have it are chosen.
 
-The window must be ``ROOMY`` times as wide as the drag's tolerance, or ``AS_WIDE`` as wide as the
-widest one, on a logarithmic scale.
+The window must be ``ROOMY`` times as wide as the drag's tolerance, or have ``AS_WIDE`` times the
+logarithmic width of the widest window.
 """
 SPAN = 300.0
 """Largest ratio of a drag to the border in the search, both up and down."""

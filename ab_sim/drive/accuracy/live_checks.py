@@ -33,7 +33,7 @@ from ab_sim.model.spindle.commands import TimedSpeeds
 from ab_sim.scene.model import Scene
 
 WINDOW = 1000
-"""Number of the drive's steps in a window if checks keep up: many spindle revolutions."""
+"""Number of the drive's steps in a window if checks keep up with the drive."""
 SHORTEST = 125
 """Number of steps in the first window, and in those of checks that do not keep up."""
 SHARPER = 1e-3

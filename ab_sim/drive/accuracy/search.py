@@ -141,7 +141,7 @@ Steps of all lower rungs, and every second or fifth step of the others, then end
 reference.
 """
 DRAG_RULES = 1000.0
-"""Ratio of steps without and with drag above which explicit methods are left out."""
+"""Ratio of the stable steps without and with drag above which no explicit method is tried."""
 TOLERANCES = 6
 """Largest number of tolerances tried per method."""
 FEWEST = 4
@@ -309,7 +309,12 @@ class _Search:
         )
 
     def _cheaper(self, stepper: Stepper, least: float) -> list[Tried]:
-        """Return the longest accurate step of a method, if it may need less than ``least`` [s]."""
+        """Return the run of a method with its longest accurate step; empty if it is not cheaper.
+
+        Args:
+            stepper: method.
+            least: CPU time of the cheapest run so far [s].
+        """
         rungs = self._trials.rungs(stepper)
         at, failed = 0, -1
         while at < len(rungs):

@@ -210,7 +210,7 @@ def _fault(text: str) -> Fault:
     kind = KINDS.get(verb)
     if kind is None or len(text.split()) > 3:
         raise InputError(
-            f"faults: {text!r}: must be a component and its fault, e.g. 'ball_0 sticks'; known are "
+            f"faults: {text!r}: must be an object and its fault, e.g. 'ball_0 sticks'; known are "
             + ", ".join(_usage(kind) for kind in KINDS)
             + (nearest(verb, KINDS) if kind is None else "")
         )
@@ -223,7 +223,7 @@ def _fault(text: str) -> Fault:
     except ValueError:
         size = math.nan
     if not kind.size or not kind.allowed(size):
-        must = f"must be {kind.words} ({kind.size})" if kind.size else "no number goes with it"
+        must = f"must be {kind.words} ({kind.size})" if kind.size else "this fault takes no number"
         raise InputError(f"faults: {text!r}: {number}: {must}")
     return Fault(component, verb, size)
 

@@ -21,13 +21,13 @@ ball that is not at rest. In a row, all balls are at rest or all move."""
 COARSE = 2
 """Column per ball: bound of the rounding error of its PATH_FORCE."""
 LEVEL = 3
-"""Column per ball: solution g_i."""
+"""Column per ball: solution g_i [m/s^2]; in impacts a speed [m/s]."""
 CLOSED = 4
 """Column per contact: 1 if its balls touch and neither approach nor part."""
 SHIFT = 5
 """Column per ball: speed by which its bounce shifts it, in impacts only."""
 HOP = 6
-"""Column per contact: difference of g up to which its balls stay together."""
+"""Column per contact: largest difference of its balls' g at which they stay together."""
 FIRST = 7
 """Column per pool: place of its first ball in the row."""
 POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE, POOL_LEVEL = 8, 9, 10, 11, 12
@@ -68,7 +68,7 @@ def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
     Args:
         rows: rows of touching balls.
         before: number of the first of the two pools.
-        hop: difference of g up to which they stay together.
+        hop: largest difference of their g at which they stay together.
         coarse: bound of the rounding error of a force on them [N].
     """
     here = before + 1

@@ -33,7 +33,7 @@ def settle_address(code: Code, layout: StateLayout, quaternion: int, lanes: int)
     The function does for each lane what ``fixed_step.unwind`` and ``location.within_bounds`` do for
     one run. The length of each run's step follows t; a run with length 0 keeps its state. ``turns``
     has a line for each ball, and one for the spindle if a motor drives it; ``status`` has the lines
-    above.
+    ``SOUND`` and ``MOVED``.
 
     Args:
         code: machine code of the kind of scene, which caches the function.

@@ -79,7 +79,7 @@ def _log2(into: Function, x: str) -> str:
 
 
 def _exp2(into: Function, x: str) -> str:
-    """Emit 2 to the power x, with x limited to SHORTEST .. LONGEST; for NaN to LONGEST."""
+    """Emit 2 to the power x, with x clamped to SHORTEST .. LONGEST; NaN counts as LONGEST."""
     lanes = into.shape.lanes
     of, bits_of = kind(lanes), kind(lanes, "i64")
     x = _less(into, x, literal(LONGEST, lanes))

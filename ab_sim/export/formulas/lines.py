@@ -153,7 +153,7 @@ def _symbols(
 def _can_go(
     equations: Sequence[Equation], symbols: dict[int, str], number: int, uses: Counter[int]
 ) -> bool:
-    """Return whether the lines stay short enough without the name of a quantity."""
+    """Return whether a quantity needs no name: its one use, if any, fits on the line."""
     if uses[number] == 0:
         return True
     fewer = {n: symbol for n, symbol in symbols.items() if n != number}

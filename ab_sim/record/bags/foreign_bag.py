@@ -215,7 +215,7 @@ class ForeignBag(IgnoredMessages):
         self._add(_EVERY + names[0], names, sample.time, [*sample.place])
 
     def _channels(self, frame: str, kind: str) -> tuple[str, ...]:
-        """Return the channels of the sensor with a frame; empty for the housing's frame."""
+        """Return the channels of the sensor that has this frame; empty for the housing's frame."""
         if frame in ("", frame_of(self._namespace, HOUSING)):
             return ()
         sensor = re.sub(r"[^a-z0-9_]", "_", frame.rpartition("/")[2].lower())
