@@ -333,7 +333,7 @@ class ListOptions(NamedTuple):
     """List the running nodes with their state, and the commands that they accept.
 
     Waits until all nodes on this machine have reported; each reports once a second. If the number
-    of nodes is unknown, the command waits for the whole time.
+    of nodes is unknown, the command waits as long as --wait allows.
     """
 
     wait: Wait = 4.0

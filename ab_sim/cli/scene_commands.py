@@ -51,7 +51,7 @@ class RunOptions(NamedTuple):
     and without balls. Final values are taken over the last tenth of the run. `ab-sim metrics` lists
     units, meanings and equations. Symbols, signs and angles: docs/conventions.md
 
-    The JSON has the same metrics, and `samples` of the motion at the requested times.
+    The JSON has the same metrics, and `samples` of the motion at the times of --times.
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 

@@ -25,7 +25,7 @@ SCALE_ERROR = 0.002
 NOISE_GAIN = 0.002
 """Gain per sample with which the variance of a reading follows the innovations."""
 WILD = 9.0
-"""Square of innovation over deviation beyond which a reading has less weight."""
+"""Square of (innovation / its standard deviation) beyond which a reading's weight is reduced."""
 LOST = 20
 """Number of readings beyond ``WILD`` in a row after which the motion is estimated again."""
 LONGEST_GAP = 0.25

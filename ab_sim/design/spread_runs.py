@@ -306,9 +306,9 @@ def _difference(
 
     Args:
         runs: runs of the scene.
-        balanced: mask of its balanced runs, shape (runs,).
+        balanced: mask of the balanced runs of the scene, shape (runs,).
         others: runs of the other scene.
-        also: mask of its balanced runs, same shape.
+        also: mask of the balanced runs of the other scene, shape (runs,).
     """
     differences: dict[str, MeanInterval] = {}
     for name in _numbers(runs.metrics):

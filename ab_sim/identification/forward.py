@@ -74,7 +74,7 @@ class RecordedDrive:
 
     @property
     def side_by_side(self) -> bool:
-        """True if the runs can be computed side by side."""
+        """True if up to eight runs can be computed at a time, in lanes."""
         return self._first.fits_lane
 
     def scene_with(self, values: Values) -> Scene:

@@ -29,7 +29,8 @@ BLOCKS = 20
 """Number of blocks, of equal spindle rotation, over which residuals are averaged on rotating
 axes."""
 DRIFT = 2.0
-"""Drift over the whole recording that is reported, in standard deviations of the rest."""
+"""Drift over the whole recording beyond which it is reported, in standard deviations of the
+residuals without their linear trend."""
 NOISELESS = 1e-6
 """Residuals relative to the signals below which there is no sensor noise to test."""
 

@@ -47,7 +47,7 @@ Settled parameters are fixed during the search for ball angles.
 DRAWS, DRAW = 3, 1000
 """Largest number of draws of starts, and offset of the random stream between draws."""
 HORIZONS_WITHOUT_BALLS = (0.3, 0.5, 0.7)
-"""Fractions of recordings without balls that later draws fit first."""
+"""Fractions of recordings without balls that every draw but the first fits before the whole."""
 AT_NOISE = 1.5
 """Mean square of the residuals, in units of noise, up to which a minimum is accepted."""
 AGREE = 1.01

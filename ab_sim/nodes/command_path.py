@@ -494,5 +494,5 @@ def _timed(values: Any) -> TimedSpeeds:
     start = None if start is None else whole(start)
     timed = TimedSpeeds.of(start, commands, finite(final_speed), (finite(ahead), finite(first)))
     if min(ahead, *(duration for duration, _ in commands), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
-        raise ValueError("a part of its trajectory is shorter than 0 s, or too long")
+        raise ValueError("its trajectory is too long, or has a part of negative duration")
     return timed

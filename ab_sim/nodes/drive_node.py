@@ -110,7 +110,7 @@ class DriveNode(ManagedNode):
         Args:
             scene: scene to prepare.
             values: parameters of the node.
-            say: function that logs a text on long work.
+            say: function that logs a text if the work takes long.
         """
         tolerance = tolerance_of(values)
         return PreparedDrive(scene, self._rates, values["error_checks"], tolerance, say)

@@ -65,7 +65,7 @@ class PreparedDrive:
         rates: rates of the main loop.
         share: fraction of the loop's CPU time for error checks; 0: no checks.
         tolerance: limits beyond which there is a warning.
-        say: function that logs a text on long work.
+        say: function that logs a text if the work takes long.
     """
 
     def __init__(

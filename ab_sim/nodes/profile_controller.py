@@ -406,7 +406,7 @@ class ProfileController(BaseNode):
             self._waits = False
 
     def _publish_status(self, status: str, well: bool) -> None:
-        """Publish and log a new status; ``well``: there is no problem."""
+        """Publish and log a new status; ``well`` is False if there is a problem."""
         self._status.publish(topics.PROFILE_STATUS.message(status))
         words = log_text(status, well)
         if well:

@@ -35,7 +35,7 @@ HEALTH = {
 
 
 def log_text(status: str, well: bool = True) -> str:
-    """Return the text of a status for the log; ``well``: there is no problem."""
+    """Return the text of a status for the log; ``well`` is False if there is a problem."""
     word, _, more = status.partition(": ")
     state = ProfileState(word)
     if state is ProfileState.DONE and not well:

@@ -226,7 +226,7 @@ class SimulationServices:
         states, wanted = self._messages.SimulationState, request.state.state
         if wanted == self._state():
             raise RefusedRequest(
-                response.ALREADY_IN_TARGET_STATE, "the simulation is in that state"
+                response.ALREADY_IN_TARGET_STATE, "the simulation is already in that state"
             )
         if wanted == states.STATE_QUITTING:
             assert self._node.executor is not None
@@ -257,7 +257,7 @@ class SimulationServices:
             raise RefusedRequest(
                 self._codes.RESULT_FEATURE_UNSUPPORTED,
                 f"scope = {request.scope}: must be 1 (time), 2 (state), their sum, 0 or 255 (all); "
-                "nothing is ever spawned",
+                "entities cannot be spawned",
             )
         self._done(resets[request.scope]())
 

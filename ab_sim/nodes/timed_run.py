@@ -328,7 +328,7 @@ class TimedRun:
         try:
             self.run.restore(snapshot.run, None if plan is None else plan.execution(silence))
         except NOT_AS_WRITTEN as error:
-            raise InputError(f"it has no valid state of a profile: {reason_of(error)}") from error
+            raise InputError(f"the state of its profile is invalid: {reason_of(error)}") from error
         self._plan, self._now, self._began = plan, snapshot.time, snapshot.began
         self._put_back = now
 

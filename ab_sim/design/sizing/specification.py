@@ -54,7 +54,7 @@ class DriveSpecification(NamedTuple):
     share: float
     """Share of drives that must be balanced within ``settle``, above 0, below 1."""
     residual: float
-    """Allowed residual unbalance, relative to the largest."""
+    """Allowed residual unbalance, relative to the largest unbalance."""
     drag_tolerance: float
     """Relative tolerance of the drag, uniformly distributed to either side."""
     friction_arm: float = 0.0
@@ -111,7 +111,7 @@ class SpecificationTexts(NamedTuple):
     share: float = SHARE
     """Share of drives that must be balanced in time."""
     residual: float = RESIDUAL
-    """Allowed residual unbalance, relative to the largest."""
+    """Allowed residual unbalance, relative to the largest unbalance."""
     drag_tolerance: float = DRAG_TOLERANCE
     """Relative tolerance of the drag."""
     friction_arm: Given = 0.0

@@ -123,7 +123,7 @@ def put_labels(run: Run, samples: Table, first: int, command: float) -> None:
 
 
 def forget(memory: Table) -> None:
-    """Set a stepper's memory to zeros, which restart it."""
+    """Set a stepper's memory to zeros, so that the stepper restarts."""
     for i in range(memory.shape[0]):
         for j in range(memory.shape[1]):
             memory[i, j] = 0.0

@@ -85,7 +85,7 @@ class ClockLines:
 
 
 class DueSamples(NamedTuple):
-    """Result of ``due_samples``: new values of clock lines, and counts of runs."""
+    """Result of ``due_samples``: new clock lines, and numbers of runs with samples due or left."""
 
     lines: dict[int, Expression]
     """New values of the lines that change."""

@@ -27,7 +27,7 @@ class Arrow(NamedTuple):
     """F [N, N m], shape (K,)."""
     coupling: list[Number]
     """Coefficients of x in the force along each ball's path, shape (K,): minus the mass that
-    couples x with its path acceleration."""
+    couples x with the ball's path acceleration."""
     normal_coupling: list[Number]
     """Coefficients of x in each ball's normal force, dN/dx, shape (K,)."""
     load: Number

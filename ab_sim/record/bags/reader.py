@@ -27,8 +27,8 @@ else:
     from backports import zstd
 
 MOST_CHUNK = 1 << 26
-"""Largest size of a chunk of an MCAP file, or of a message [bytes]; rosbag2 begins a chunk each 768
-KiB."""
+"""Largest accepted size of a chunk or message of an MCAP file, unpacked [bytes]; rosbag2 begins a
+chunk every 768 KiB."""
 MOST_RATIO = 200
 """Largest ratio of the size of a file that was compressed as a whole to its compressed size."""
 

@@ -33,8 +33,8 @@ class Explanation:
     top_speed: float | None
     """Top speed [rad/s]."""
     period: Mapping[str, float] | None
-    """Variable-speed period: its start_speed and end_speed [rad/s], its acceleration, and that
-    around it [rad/s^2]."""
+    """Variable-speed period: start_speed and end_speed [rad/s]; acceleration [rad/s^2] during
+    the period, and around: acceleration before and after it [rad/s^2]."""
     left_out: Mapping[str, str]
     """Reasons for a missing ``balance`` or ``without_balls``."""
 

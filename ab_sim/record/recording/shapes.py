@@ -28,7 +28,7 @@ from ab_sim.record.recording.layout import Array
 REACH = 0.62
 """Drawn length of the longest arrow, relative to the race's radius.
 
-It is that of the rotor's unbalance, or of all balls at one place.
+The longest arrow is the rotor's unbalance, or the vector sum of all balls at one place.
 """
 
 

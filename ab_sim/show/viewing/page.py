@@ -189,7 +189,7 @@ class Page:
         self._thread.start()
 
     def take_report(self, state: bytes) -> None:
-        """Keep the newest times in a browser's report on its viewer, see ``newest_times``."""
+        """Store the newest time of each recording in a browser's report; see ``newest_times``."""
         # Ignore the state of another version of Rerun, which has another form.
         with contextlib.suppress(TypeError, ValueError):
             self._seen, self._last_report = newest_times(state), time.monotonic()

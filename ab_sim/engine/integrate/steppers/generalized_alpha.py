@@ -16,7 +16,8 @@ import numpy as np
 from ab_sim.engine.integrate.registry import Parameter, Stepper, register_family
 
 ROUNDING = 1e-7
-"""Bound of the rounding error of a root's modulus; nearly equal roots have half of the digits."""
+"""Bound of the rounding error of a root's modulus: nearly equal roots have half as many correct
+digits."""
 
 
 class Alpha(NamedTuple):
