@@ -5,6 +5,7 @@ import functools
 import importlib
 import re
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 
 from ab_sim.scene import Scene
@@ -140,3 +141,58 @@ def test_what_docstrings_name_in_a_module_is_there() -> None:
             if not any(last in names_in(each) for each in modules[module]):
                 missing.append(f"{path.relative_to(ROOT)}: {name}")
     assert seen > 40 and missing == []
+
+
+USERS = (
+    "ab_sim",
+    "ab_msgs_py",
+    "benchmarks",
+    "config",
+    "docs",
+    "examples",
+    "launch",
+    "tests",
+    "tools",
+)
+NAMED = re.compile(r"(?:^|[.:`]|import )([A-Za-z_]\w*)")
+"""Names in a text: at its beginning, after a dot or colon, in backticks, or imported."""
+
+
+def names_used(path: Path) -> set[str]:
+    """Return names that a file imports, takes as attributes, or has in texts."""
+    if path.suffix != ".py":
+        return set(NAMED.findall(path.read_text(encoding="utf-8", errors="replace")))
+    names = set()
+    for node in nodes(path):
+        if isinstance(node, ast.ImportFrom):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.Attribute):
+            names.add(node.attr)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            names |= set(NAMED.findall(node.value))
+    return names
+
+
+def constants_and_functions(path: Path) -> Iterator[str]:
+    """Yield a file's names without an underscore; classes may leave it as results."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef) and not node.decorator_list:
+            yield node.name
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        yield from (x.id for x in targets if isinstance(x, ast.Name) and x.id.isupper())
+
+
+def test_what_only_its_own_file_uses_begins_with_an_underscore() -> None:
+    endings = {".py", ".md", ".toml", ".yaml", ".ipynb", ".sh"}
+    files = [p for user in USERS for p in (ROOT / user).rglob("*") if p.suffix in endings]
+    users = defaultdict(set)
+    for path in [*files, *ROOT.glob("*.py"), *ROOT.glob("*.md")]:
+        for name in names_used(path):
+            users[name].add(path)
+    only_own = [
+        (str(path.relative_to(ROOT)), name)
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for name in constants_and_functions(path)
+        if not name.startswith("_") and not users[name] - {path}
+    ]
+    assert only_own == []

@@ -27,7 +27,7 @@ from ab_sim.analysis.floquet.circulating import CirculatingSolution, circulating
 from ab_sim.base.errors import SceneError
 from ab_sim.scene.model import Scene
 
-MOST_NUMBERS = 8
+_MOST_NUMBERS = 8
 """Largest number of bunch sizes tried; with more balls, only some sizes are tried."""
 TURNS = 100.0
 """Largest beat, in spindle revolutions, for which a periodic solution is computed."""
@@ -105,7 +105,7 @@ def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
     drive = drive_of(scene)
     if drive is None:
         return CoexistingCirculation(speed, reason_not_covered(scene))
-    spaced = np.linspace(drive.balls, 1, min(drive.balls, MOST_NUMBERS))
+    spaced = np.linspace(drive.balls, 1, min(drive.balls, _MOST_NUMBERS))
     numbers = tuple(int(round(x)) for x in spaced)
     bunches = [_confirmed(scene, drive, speed, count) for count in numbers]
     states = tuple(bunch for bunch in bunches if bunch is not None)

@@ -28,11 +28,11 @@ from ab_sim.scene.model import Scene
 
 BASE, ALL = "no effects", "the scene's set"
 """Names of the variants without effects, and with all effects and sensors."""
-MOST_STEPS = 10_000
+_MOST_STEPS = 10_000
 """Maximum number of steps of a timed run."""
 REPEATS = 15
 """Default number of rounds in which all variants are timed."""
-OFF_AXIS = 2.5
+_OFF_AXIS = 2.5
 """Angle by which all balls are shifted if one starts at exactly 0 [rad].
 
 The cosine of exactly 0 takes less time than others. A ball that nothing moves would stay there, and
@@ -185,10 +185,10 @@ def off_axis(scene: Scene) -> tuple[Scene, float]:
     if all(starts):
         return scene, 0.0
     raw: dict[str, Any] = scene.as_mapping()
-    angles = [angle + OFF_AXIS for angle in starts]
+    angles = [angle + _OFF_AXIS for angle in starts]
     raw["start"] = {**raw["start"], "ball_angles": angles}
     try:
-        return check_scene(raw, scene.name), OFF_AXIS
+        return check_scene(raw, scene.name), _OFF_AXIS
     except SceneError:
         return scene, 0.0  # a full oval race may have no room for the balls elsewhere
 
@@ -326,7 +326,7 @@ def effect_cost(
     Notes
     -----
     A profile that is controlled during the run is replaced by its plan (``Scene.planned``). If a
-    ball starts at an angle of 0, all start angles are shifted by ``OFF_AXIS``. Time is the CPU
+    ball starts at an angle of 0, all start angles are shifted by ``_OFF_AXIS``. Time is the CPU
     time of the thread in ``Drive.advance``, after one run to warm up.
 
     Examples
@@ -340,7 +340,7 @@ def effect_cost(
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
     scene = resolve_accuracy(as_scene(scene), tell=progress)[0].planned
-    steps = min(MOST_STEPS, max(1, math.ceil(scene.duration / scene.solver.step - 1e-9)))
+    steps = min(_MOST_STEPS, max(1, math.ceil(scene.duration / scene.solver.step - 1e-9)))
     scene, turned = off_axis(scene)
     wanted = variants(scene, leave_one_out)
     runners = []

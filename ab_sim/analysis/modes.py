@@ -26,14 +26,14 @@ AVERAGING = "rotor and balls averaged over one turn; balls spread evenly, turnin
 """Note on the model of rotor and balls, for tables and pictures."""
 SPEEDS = 201
 """Number of spindle speeds in a Campbell diagram."""
-STRAIGHT = 0.01
+_STRAIGHT = 0.01
 """Amount of whirl below which motion counts as straight: an ellipse 200 times as long as wide."""
 ZERO = 1e-7
 """Modulus, relative to the largest, below which an eigenvalue counts as zero.
 
 Rounding errors move a double zero eigenvalue by about this amount.
 """
-EQUAL = 1e-9
+_EQUAL = 1e-9
 """Relative distance below which eigenvalues are equal."""
 
 
@@ -72,7 +72,7 @@ class Mode(NamedTuple):
     @property
     def sense(self) -> str | None:
         """Sense of whirl: ``forward`` (the spindle's), ``backward``; None if straight."""
-        if abs(self.whirl) < STRAIGHT:
+        if abs(self.whirl) < _STRAIGHT:
             return None
         return "forward" if self.whirl > 0.0 else "backward"
 
@@ -319,7 +319,7 @@ def _equal(values: np.ndarray, among: np.ndarray) -> list[np.ndarray]:
     """Return groups of indices, out of ``among``, of eigenvalues that are equal within rounding."""
     scale, groups, remaining = np.abs(values).max(), [], list(among)
     while remaining:
-        near = [k for k in remaining if abs(values[k] - values[remaining[0]]) <= EQUAL * scale]
+        near = [k for k in remaining if abs(values[k] - values[remaining[0]]) <= _EQUAL * scale]
         groups.append(np.array(near))
         remaining = [k for k in remaining if k not in near]
     return groups
@@ -351,5 +351,5 @@ def _mode(about: Linearised, pair: Pair, q: np.ndarray, speed: float) -> Mode:
     whirl = (q.conj() @ _whirling(about) @ q).real / (np.diag(about.mass) @ np.abs(q) ** 2)
     size = np.abs(q)
     # Take the first of several equal entries, independent of rounding.
-    largest = np.argmax(size > (1.0 - EQUAL) * size.max())
+    largest = np.argmax(size > (1.0 - _EQUAL) * size.max())
     return Mode(pair, q / q[largest], float(-whirl if speed < 0.0 else whirl))

@@ -106,7 +106,7 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
         InputError: the run would have too many samples.
         DivergedError: see ``Drive``.
     """
-    change = speed_change_of(scene)
+    change = _speed_change_of(scene)
     scene, _ = resolve_accuracy(scene)
     states = equilibria_of(scene, change.to_speed)
     drive = Drive(scene)
@@ -126,7 +126,7 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
     return recovery._replace(rested_before=len(before) > 1 and _rests(before, band))
 
 
-def speed_change_of(scene: Scene) -> SpeedChangeProfile:
+def _speed_change_of(scene: Scene) -> SpeedChangeProfile:
     """Return the scene's change of speed.
 
     Raises:
@@ -421,7 +421,7 @@ def recovery_over_drag(
         SceneError, InputError, DivergedError: see ``recover``; or the scene has no balls, or does
             not accept a drag.
     """
-    change = speed_change_of(scene)
+    change = _speed_change_of(scene)
     if scene.balls.count == 0:
         raise SceneError("balls.count = 0: must be at least 1 for a recovery over drag")
     drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0

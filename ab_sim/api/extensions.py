@@ -11,7 +11,7 @@ from ab_sim.scene import registry as effects
 
 Effect = TypeVar("Effect", bound=type[tuple[object, ...]])
 """Type of an effect class, a NamedTuple."""
-CHECK = "check_scene"
+_CHECK = "check_scene"
 """Name of the method of an effect that is not a formula."""
 
 
@@ -81,9 +81,9 @@ def _check(name: str, effect: type[object]) -> None:
             "its parameters"
         )
     for method, value in vars(effect).items():
-        if not callable(value) or method.startswith("_") or method in METHODS or method == CHECK:
+        if not callable(value) or method.startswith("_") or method in METHODS or method == _CHECK:
             continue
-        if near := get_close_matches(method, [*METHODS, CHECK], n=1, cutoff=0.85):
+        if near := get_close_matches(method, [*METHODS, _CHECK], n=1, cutoff=0.85):
             raise ValueError(
                 f"effect {name!r}: its method {method!r} would not be called; did you mean "
                 f"{near[0]!r}? Begin its name with an underscore if it is a helper; "

@@ -14,7 +14,7 @@ import platformdirs
 
 from ab_sim.base.errors import InputError
 
-SPECIAL = "it is a pipe or a device; write its content to a file first"
+_SPECIAL = "it is a pipe or a device; write its content to a file first"
 
 
 def check_regular(path: Path) -> None:
@@ -28,7 +28,7 @@ def check_regular(path: Path) -> None:
     except FileNotFoundError as error:
         raise FileNotFoundError(errno.ENOENT, "no such file", str(path)) from error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        raise OSError(errno.EINVAL, SPECIAL, str(path))
+        raise OSError(errno.EINVAL, _SPECIAL, str(path))
 
 
 PICTURE = (".png", ".svg", ".pdf")
@@ -40,14 +40,14 @@ PNG = (".png",)
 PAGE = (".html",)
 SCENE = (".yaml", ".yml")
 FMU = (".fmu",)
-BAG_FILE = (".mcap", ".db3", ".bag")
+_BAG_FILE = (".mcap", ".db3", ".bag")
 
 
-LONGEST_NAME = 255
+_LONGEST_NAME = 255
 """Largest length of a file's name on common file systems [bytes]."""
 
 
-def check_name(path: Path, label: str) -> None:
+def _check_name(path: Path, label: str) -> None:
     """Refuse a name that file systems, or libraries that write files, do not support.
 
     Raises:
@@ -57,9 +57,9 @@ def check_name(path: Path, label: str) -> None:
         lengths = [len(part.encode()) for part in path.parts]
     except UnicodeEncodeError:
         raise InputError(f"{label} {path}: is not UTF-8; choose another name") from None
-    if max(lengths, default=0) > LONGEST_NAME:
+    if max(lengths, default=0) > _LONGEST_NAME:
         raise InputError(
-            f"{label} {path}: has a name of {max(lengths)} bytes; must be at most {LONGEST_NAME}"
+            f"{label} {path}: has a name of {max(lengths)} bytes; must be at most {_LONGEST_NAME}"
         )
 
 
@@ -74,7 +74,7 @@ def check_ending(path: Path, endings: Sequence[str], label: str) -> None:
     Raises:
         InputError: the name is not allowed; the message names the path and the allowed endings.
     """
-    check_name(path, label)
+    _check_name(path, label)
     if path.is_dir():
         raise InputError(f"{label} {path}: is a folder; name a file in it")
     if path.suffix.lower() not in endings:
@@ -92,8 +92,8 @@ def check_folder(path: Path, label: str) -> None:
     Raises:
         InputError: the name is not allowed; the message names the path and an allowed one.
     """
-    check_name(path, label)
-    if path.suffix.lower() in BAG_FILE:
+    _check_name(path, label)
+    if path.suffix.lower() in _BAG_FILE:
         raise InputError(
             f"{label} {path}: a bag is a folder, with a file {path.stem}{path.suffix} in it; "
             f"name the folder, e.g. {path.with_suffix('')}"
@@ -111,7 +111,7 @@ def check_writable(path: Path, label: str, replaced: bool = True) -> None:
     Raises:
         InputError: the file cannot be written; the message has path and reason.
     """
-    check_name(path, label)
+    _check_name(path, label)
     try:
         if path.exists() and not path.is_file():
             what = "a folder" if path.is_dir() else "a device or a pipe"
@@ -143,7 +143,7 @@ def check_can_be_made(folder: Path, label: str) -> None:
     Raises:
         InputError: the folder cannot be created; the message has folder and reason.
     """
-    check_name(folder, label)
+    _check_name(folder, label)
     try:
         above = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
         if not above.is_dir():

@@ -19,7 +19,7 @@ import traceback
 from collections.abc import Iterator
 from typing import NoReturn
 
-SHOW_CURSOR = b"\x1b[?25h"
+_SHOW_CURSOR = b"\x1b[?25h"
 """Terminal code that shows the cursor, which a progress bar may have hidden."""
 ONE_WISH = 1.0
 """Time after a signal in which further ones count as the same request [s]: a program that ros2
@@ -156,6 +156,6 @@ def _obey(outlet: socket.socket) -> None:
             stopping.set()
             continue
         with contextlib.suppress(OSError):  # the terminal may be gone
-            bar = SHOW_CURSOR + b"\n" if os.isatty(2) else b""
+            bar = _SHOW_CURSOR + b"\n" if os.isatty(2) else b""
             os.write(2, bar + b"interrupted\n")
         os._exit(128 + number)

@@ -9,13 +9,13 @@ from ab_sim.base.errors import NOT_AS_WRITTEN, short
 
 T = TypeVar("T")
 
-MOST_WHOLE = 2**63 - 1
+_MOST_WHOLE = 2**63 - 1
 """Largest number of steps or nanoseconds."""
 MOST_TIME = 2.0**31
 """Largest time that the stamp of a ROS message can have [s]."""
 
 
-def whole(value: Any, least: int = -MOST_WHOLE, most: int = MOST_WHOLE) -> int:
+def whole(value: Any, least: int = -_MOST_WHOLE, most: int = _MOST_WHOLE) -> int:
     """Return a value if it is a whole number within limits.
 
     Raises:

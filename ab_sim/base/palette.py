@@ -22,7 +22,7 @@ PURPLE: Colour = (190, 95, 190)
 GREEN: Colour = (0, 158, 115)
 VERMILION: Colour = (213, 84, 20)
 SKY: Colour = (50, 150, 205)
-LIME: Colour = (112, 150, 20)
+_LIME: Colour = (112, 150, 20)
 GREY: Colour = (128, 128, 128)
 
 RUN = RESIDUAL = BLUE
@@ -31,7 +31,7 @@ UNBALANCE = VERMILION
 """Colour of the rotor's unbalance, and of once-per-turn vibration."""
 RESULTANT = GREEN
 """Colour of the balls' sum of m R."""
-BALANCED = LIME
+BALANCED = _LIME
 """Colour of positions in which balls balance the rotor."""
 WITHOUT_BALLS = LIMIT = GREY
 """Colour of the run without balls, of critical speeds, and of the side opposite the unbalance."""
@@ -91,10 +91,10 @@ BALANCED_TOO: Sequence[Colour] = (
 )  # fmt: skip
 """Colours of areas with stable balance and other stable states."""
 
-ON_LIGHT, ON_BOTH = (0.35, 0.76), (0.45, 0.8)
+ON_LIGHT, _ON_BOTH = (0.35, 0.76), (0.45, 0.8)
 """Lightness (0 black, 1 white) that is visible on a light background, and on light and dark
 ones."""
-GREATEST_CHROMA = 0.33
+_GREATEST_CHROMA = 0.33
 """Largest chroma of any colour that a screen shows."""
 _CONES = np.array([
     [0.4122214708, 0.5363325363, 0.0514459929],
@@ -112,12 +112,12 @@ _LAB = np.array([
 def ball_colour(number: int) -> Colour:
     """Return the colour of a ball by its number, from 0; it is the same in all pictures."""
     meant = (RUN, UNBALANCE, RESULTANT, BALANCED, GREY)
-    return distinct(number + 1, FIRST_BALLS, avoid=meant, lightness=ON_BOTH)[number]
+    return distinct(number + 1, FIRST_BALLS, avoid=meant, lightness=_ON_BOTH)[number]
 
 
 def series_colours(count: int) -> list[Colour]:
     """Return the colours of a number of curves that do not belong to balls."""
-    return distinct(count, SERIES, avoid=(GREY,), lightness=ON_BOTH)
+    return distinct(count, SERIES, avoid=(GREY,), lightness=_ON_BOTH)
 
 
 def hexadecimal(colour: Colour) -> str:
@@ -172,7 +172,7 @@ def _candidates(lightness: tuple[float, float], hues: tuple[float, float]) -> np
     colours = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
     light, a, b = oklab(colours).T
     hue = np.degrees(np.arctan2(b, a)) % 360.0
-    vivid = np.hypot(a, b) > 0.2 * GREATEST_CHROMA
+    vivid = np.hypot(a, b) > 0.2 * _GREATEST_CHROMA
     fits = (lightness[0] <= light) & (light <= lightness[1])
     return np.asarray(colours[fits & vivid & (hues[0] <= hue) & (hue <= hues[1])])
 

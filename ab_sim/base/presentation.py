@@ -31,7 +31,7 @@ NOTATION = f"Symbols, signs, angles: {PAGE}"
 """Note under tables, pictures and pages with symbols."""
 
 TURN = 2.0 * math.pi
-LAST_ANGLE = math.radians(30.0)
+_LAST_ANGLE = math.radians(30.0)
 """End of the turn in which ball angles are shown [rad]."""
 
 LAST = 0.1
@@ -49,7 +49,7 @@ def in_one_turn(angles: Angles) -> Angles:
     Angles in this range are unchanged. Balls start and rest near the unbalance (0) or opposite to
     it (-180), so they rarely pass the end of the range, 30 deg ahead of the unbalance.
     """
-    return angles + TURN * ((LAST_ANGLE - angles) // TURN)
+    return angles + TURN * ((_LAST_ANGLE - angles) // TURN)
 
 
 ROWS = 8
@@ -125,7 +125,7 @@ class Presented:
         ImportError
             pandas is not installed; nothing else in ab_sim needs it.
         """
-        return data_frame(self._columns())
+        return _data_frame(self._columns())
 
 
 def drawn(picture: str, *results: object) -> Figure:
@@ -133,7 +133,7 @@ def drawn(picture: str, *results: object) -> Figure:
     return cast("Figure", registry("figures").figure_of(picture, *results))
 
 
-def data_frame(columns: Columns) -> DataFrame:
+def _data_frame(columns: Columns) -> DataFrame:
     """Return columns as a pandas data frame; see ``Presented.to_dataframe``."""
     try:
         from pandas import DataFrame

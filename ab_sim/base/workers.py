@@ -18,11 +18,11 @@ from ab_sim.base.errors import AbSimError
 from ab_sim.base.interruption import kept_from_children
 from ab_sim.base.plug_ins import load_files, loaded_files
 
-CHUNK = 16
+_CHUNK = 16
 """Number of items that a process gets at a time, by default."""
 TRIAL = 0.5
 """Time in which this process works alone, to estimate the total time [s]."""
-AHEAD = 3
+_AHEAD = 3
 """Number of parts that each process gets in advance, before results are awaited."""
 WORTH_IT = 20.0
 """Estimated time above which processes are started, which takes some seconds [s]."""
@@ -76,7 +76,7 @@ class Workers:
         self,
         function: Callable[[Item], Result],
         items: Sequence[Item],
-        chunk: int = CHUNK,
+        chunk: int = _CHUNK,
     ) -> Iterator[Result]:
         """Yield results in the order of the items, as they are computed.
 
@@ -115,7 +115,7 @@ class Workers:
         sent: deque[Future[Sequence[Result]]] = deque()
         for part in parts:
             sent.append(self._threads.submit(self._request, function, part))
-            if len(sent) >= AHEAD * self._count:
+            if len(sent) >= _AHEAD * self._count:
                 yield from sent.popleft().result()
         while sent:
             yield from sent.popleft().result()

@@ -22,7 +22,7 @@ MOST_VALUES = 50_000
 """Largest number of keys, values and collections; those of an alias count at each use."""
 MOST_LEVELS = 30
 """Largest nesting of collections."""
-MOST_DIGITS = 100
+_MOST_DIGITS = 100
 """Largest number of characters of a number."""
 
 _LEADING_ZERO = re.compile(r"[-+]?0[0-9_]+")
@@ -80,8 +80,8 @@ class _Limited(yaml.SafeLoader):
 
         By YAML 1.1, which SafeLoader implements, these numbers are 8 and 90.
         """
-        if len(node.value) > MOST_DIGITS:
-            raise _TooMuch(f"has a number of more than {MOST_DIGITS} digits{_at(node)}")
+        if len(node.value) > _MOST_DIGITS:
+            raise _TooMuch(f"has a number of more than {_MOST_DIGITS} digits{_at(node)}")
         if ":" in node.value:
             raise yaml.YAMLError(
                 f"{node.value} would be a number in base 60; write it with a decimal point, or as "
@@ -157,20 +157,20 @@ def _at(place: Any) -> str:
     return f", at line {mark.line + 1}, column {mark.column + 1}"
 
 
-SCENES = Path("config", "scenes")
+_SCENES = Path("config", "scenes")
 """Folder of the scenes, relative to a checkout or to ``share/ab_sim``."""
 
 
-def scene_folder() -> Path:
+def _scene_folder() -> Path:
     """Return the folder of the scenes that come with ab_sim, in a checkout or installed.
 
     Raises:
         SceneError: the scenes are not installed.
     """
     here = Path(__file__).resolve()
-    checkout = here.parents[2] / SCENES
+    checkout = here.parents[2] / _SCENES
     # pip and colcon both install to `<prefix>/share/ab_sim`; the package is below the prefix.
-    installed = (parent / "share" / "ab_sim" / SCENES for parent in here.parents)
+    installed = (parent / "share" / "ab_sim" / _SCENES for parent in here.parents)
     for folder in (checkout, *installed):
         if folder.is_dir():
             return folder
@@ -196,7 +196,7 @@ def scene_names() -> list[str]:
     >>> "thesis-hold" in ab_sim.scene_names()
     True
     """
-    return sorted(path.stem for path in scene_folder().glob("*.yaml"))
+    return sorted(path.stem for path in _scene_folder().glob("*.yaml"))
 
 
 def find_scene(scene: str | Path) -> Path:
@@ -221,7 +221,7 @@ def find_scene(scene: str | Path) -> Path:
         raise SceneError(f"{path}: is a folder; give the YAML file of a scene")
     names = scene_names()
     if str(scene) in names:
-        return scene_folder() / f"{scene}.yaml"
+        return _scene_folder() / f"{scene}.yaml"
     raise SceneError(
         f"scene {short(str(scene))} is not known{nearest(str(scene), names)}; known are: "
         + ", ".join(names)

@@ -14,9 +14,9 @@ from ab_sim.cli.runner import FINE, Command, Outcome, new_table, picture
 from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
 from ab_sim.scene import load_scene
 
-NARROW: dict[str, Any] = {"box": SIMPLE_HEAD, "show_edge": False, "padding": 0}
+_NARROW: dict[str, Any] = {"box": SIMPLE_HEAD, "show_edge": False, "padding": 0}
 """Style of tables that fit into 80 columns."""
-WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
+_WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors [rad] for which the cheapest setting is named."""
 
 
@@ -36,7 +36,7 @@ def accuracy_command(options: AccuracyOptions) -> Command:
 def accuracy_shown(cost: AccuracyCost, quartiles: bool = False) -> Iterator[Table | str]:
     """Yield the tables of costs, then notes on the reference and on omitted methods."""
     yield accuracy_table(cost, quartiles)
-    yield cheapest_table(cost)
+    yield _cheapest_table(cost)
     apart = cost.uncertainty
     unit = cost.unit
     yield f"effects: {', '.join(cost.effects) or 'none'}"
@@ -75,7 +75,7 @@ def accuracy_table(cost: AccuracyCost, quartiles: bool = False) -> Table:
         f"ms/s{' | quartiles' if quartiles else ''} | angle [rad] | at end | whirl [{unit}] | "
         "at end | energy",
         no_wrap=True,
-        **NARROW,
+        **_NARROW,
         title=f"{cost.scene}: {balls}, {cost.duration:g} s, {cost.repeats} interleaved repeats",
         caption="* no other setting is both cheaper and more accurate; < below the reference's "
         "uncertainty; ms/s: median CPU time of the thread per simulated second, without compiling; "
@@ -88,13 +88,13 @@ def accuracy_table(cost: AccuracyCost, quartiles: bool = False) -> Table:
     return table
 
 
-def cheapest_table(cost: AccuracyCost) -> Table:
+def _cheapest_table(cost: AccuracyCost) -> Table:
     """Return the table of the cheapest settings of ab_sim and of its peers, by error."""
     what = "ball angle [rad]" if cost.balls else f"whirl [{cost.unit}]"
     title = f"cheapest tried settings with an error in {what} of at most"
     columns = "error | ab_sim | CPU [ms/s] | best peer | CPU [ms/s] | peer / ab_sim"
-    table = new_table("", columns, title=title, **NARROW)
-    for error in WANTED:
+    table = new_table("", columns, title=title, **_NARROW)
+    for error in _WANTED:
         ours, peer = cost.cheapest(error, peer=False), cost.cheapest(error, peer=True)
         ratio = ""
         if ours and peer and ours.cpu and peer.cpu:
@@ -154,7 +154,7 @@ def cost_table(cost: EffectCost, quartiles: bool = False) -> Table:
     table = new_table(
         "effects",
         f"ns per step{' | quartiles' if quartiles else ''} | of base | events | first step [s]",
-        **NARROW,
+        **_NARROW,
         title=f"{cost.scene}: {cost.balls} balls, {cost.stepper} at {cost.step:g} s, "
         f"{cost.steps_per_run} steps, {cost.repeats} interleaved repeats",
         caption="time: median CPU time of the thread; events: per 1000 steps; first step: from the "

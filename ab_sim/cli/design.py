@@ -224,9 +224,9 @@ def _aim_text(metric: float | None, factor: float, inside: bool = True) -> str:
     return value if inside else f"{value}, but it has not settled, or a bound does not hold"
 
 
-FINER = (0.01, 0.001)
+_FINER = (0.01, 0.001)
 """Half-widths for which the necessary number of runs is printed."""
-HALF_WIDTH = "must be the half-width of the interval, e.g. 0.1%"
+_HALF_WIDTH = "must be the half-width of the interval, e.g. 0.1%"
 
 
 def robust_command(options: RobustOptions) -> Command:
@@ -248,7 +248,7 @@ def robust_command(options: RobustOptions) -> Command:
         criterion=tuple(map(bound_of, options.balanced)) or DEFAULT_CRITERION,
         seed=options.seed,
         pairs=options.sobol,
-        until=None if options.until is None else share_of("until", options.until, HALF_WIDTH),
+        until=None if options.until is None else share_of("until", options.until, _HALF_WIDTH),
         against=other,
     )
     if options.worst is not None:
@@ -308,7 +308,7 @@ def _spread_shown(spread: Spread, scene_name: str, changes: Sequence[str]) -> It
 def _more_runs(spread: Spread) -> str:
     """Return a line on the numbers of runs for narrower intervals of the share."""
     share = spread.share
-    finer = [share.half_width / 2.0, *(h for h in FINER if h < share.half_width / 2.0)]
+    finer = [share.half_width / 2.0, *(h for h in _FINER if h < share.half_width / 2.0)]
     reports = [
         f"+-{100.0 * half:.2g} % takes about {share.runs_for(half) - share.runs:,} more runs"
         for half in finer

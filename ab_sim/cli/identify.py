@@ -18,7 +18,7 @@ from ab_sim.identification.result import INTERRUPTED, Identification, share_word
 from ab_sim.identification.run import IdentificationSettings, run_identification
 from ab_sim.scene import load_scene
 
-MOST_NAMED = 3
+_MOST_NAMED = 3
 """Largest number of proposed recordings that are printed."""
 
 
@@ -69,7 +69,7 @@ def _shown(identification: Identification) -> Iterator[Table | str]:
         yield _tried_table(identification)
     if identification.proposals:
         yield "proposed next recordings, the best first:"
-    for proposal in identification.proposals[:MOST_NAMED]:
+    for proposal in identification.proposals[:_MOST_NAMED]:
         gain = f"{share_words(proposal.now)} -> {share_words(proposal.then)}"
         opens = f"; {proposal.gains}" if proposal.opens else ""
         worst = f"worst interval, {proposal.worst}: {gain}{opens}"

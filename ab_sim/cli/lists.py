@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 # Imports of scenes and effects are in the functions, because they are slow, and `ab-sim scenes`
 # needs none of them.
 
-WHOLE = 2000
+_WHOLE = 2000
 """Width of a table for other programs [columns]; more than any row needs."""
 
 
@@ -137,7 +137,7 @@ def _print_wide(table: Table) -> None:
     """Print a table; for a program that reads it, with one line per row."""
     console = PlainConsole()
     if not console.is_terminal:
-        console.width = WHOLE
+        console.width = _WHOLE
     console.print(table)
 
 

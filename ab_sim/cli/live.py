@@ -38,7 +38,7 @@ GLANCE = 0.1
 """Time between two checks for a page or for Enter [s]."""
 
 
-def check_view_option(view: str) -> None:
+def _check_view_option(view: str) -> None:
     """Refuse a ``--view`` that cannot show anything.
 
     Raises:
@@ -52,14 +52,14 @@ def check_view_option(view: str) -> None:
         raise InputError(f"--view {error}; or {NOWHERE}") from error
 
 
-def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:
+def _recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:
     """Return the recorder's parameters; None: no recorder is needed."""
     if record is None and view == NOWHERE:
         return None
     return {"view": view} if record is None else {"path": str(record), "view": view}
 
 
-def start_run(live: "LiveRun", view: str, now: bool) -> None:
+def _start_run(live: "LiveRun", view: str, now: bool) -> None:
     """Print the viewer's address, or why there is none, and start the run.
 
     With a web page, wait for a browser first, except if ``now`` is set.
@@ -92,7 +92,7 @@ def _wait_for_page(live: "LiveRun") -> None:
         raise
 
 
-def serve_page(live: "LiveRun") -> None:
+def _serve_page(live: "LiveRun") -> None:
     """Serve the page with the whole run until Ctrl-C."""
     results.print("the run is over; the page shows all of it until Ctrl-C", soft_wrap=True)
     try:
@@ -102,7 +102,7 @@ def serve_page(live: "LiveRun") -> None:
         pass
 
 
-def replay_hint(file: Path, view: str) -> str:
+def _replay_hint(file: Path, view: str) -> str:
     """Return a hint that contains the command to show a recording again."""
     web = ["--web"] if view == WEB or not screens() else []
     return f"(look at it: {own_command()} {shlex.join(['view', str(file), *web])})"
@@ -120,7 +120,7 @@ def _enter_pressed() -> bool:
         return False
 
 
-def follow_run(live: "LiveRun", scene: Scene, duration: float) -> None:
+def _follow_run(live: "LiveRun", scene: Scene, duration: float) -> None:
     """Show a run in the terminal until it has lasted for a duration, in simulated time [s].
 
     Raises:
@@ -182,7 +182,7 @@ def _display(scene: Scene, duration: float) -> Iterator[Show]:
         yield show
 
 
-RECORDINGS = Path("recordings")
+_RECORDINGS = Path("recordings")
 """Folder for recordings of runs with a viewer but without ``--record``."""
 
 
@@ -194,7 +194,7 @@ def run_live(options: LiveOptions) -> None:
         AbSimError: a node failed; the message has its last output.
     """
     view, record = options.view, options.record
-    check_view_option(view)
+    _check_view_option(view)
     scene = load_scene(options.scene, options.change)
     duration = scene.duration if options.seconds is None else options.seconds
     if not (math.isfinite(duration) and duration > 0.0):
@@ -203,29 +203,29 @@ def run_live(options: LiveOptions) -> None:
         check_ending(record, RECORDING, "--record")
         check_writable(record, "--record", replaced=False)
     elif view != NOWHERE:
-        check_can_be_made(RECORDINGS, "without --record, the folder")
+        check_can_be_made(_RECORDINGS, "without --record, the folder")
     if together := together_at_start(scene):
         results.print(together, soft_wrap=True)
     require_ros("for a live run")
     from ab_sim.cli.live_run import LiveRun
 
     logs = Path(tempfile.mkdtemp(prefix="ab_sim-log-"))
-    recorder = recorder_parameters(record, view)
+    recorder = _recorder_parameters(record, view)
     results.print("starting the nodes ...")
     with LiveRun(scene, options.scene, options.change, recorder, logs) as live:
         live.wait_until_ready()
-        start_run(live, view, options.now)
+        _start_run(live, view, options.now)
         whole = False
         with contextlib.suppress(Interrupted):
-            follow_run(live, scene, duration)
+            _follow_run(live, scene, duration)
             whole = True
         file = live.health("recorder").get("file", "")
         figures = live.stop_drive()
         results.print(", ".join(f"{label} {value}" for label, value in figures.items()))
         if file:
-            results.print(f"wrote {file}   {replay_hint(Path(file), view)}", soft_wrap=True)
+            results.print(f"wrote {file}   {_replay_hint(Path(file), view)}", soft_wrap=True)
         if view == WEB and whole:
-            serve_page(live)
+            _serve_page(live)
         live.stop()
     shutil.rmtree(logs)  # kept for a run that failed
 
@@ -244,7 +244,7 @@ def run_demo(options: DemoOptions) -> None:
         AbSimError: a node failed; the message names its log.
     """
     out, view = options.out, options.view
-    check_view_option(view)
+    _check_view_option(view)
     require_ros("for a live run")
     from ab_sim.cli.live_run import LiveRun
 
@@ -262,23 +262,23 @@ def run_demo(options: DemoOptions) -> None:
     name = Text(scene.name, "bold")
     results.print(Text.assemble("Start-up of ", name, f" in real time: {scene.description}"))
     results.print("starting three nodes ...")
-    with LiveRun(scene, SCENE, (), recorder_parameters(recording, view), logs) as live:
+    with LiveRun(scene, SCENE, (), _recorder_parameters(recording, view), logs) as live:
         live.wait_until_ready()
         results.print("three nodes are up: drive_sim, profile_controller, recorder")
-        start_run(live, view, options.now)
+        _start_run(live, view, options.now)
         # This import is slow; it happens while the run is in progress.
         reporting = threading.Thread(target=_import_report, daemon=True)
         reporting.start()
-        follow_run(live, scene, scene.duration)
+        _follow_run(live, scene, scene.duration)
         figures = live.stop_drive()
         if view != WEB:
             live.stop()
         reporting.join()
-        hint = replay_hint(recording, view)
+        hint = _replay_hint(recording, view)
         results.print("comparing with an offline run, and with a run without balls ...")
         importlib.import_module(REPORT).report_startup(scene, recording, picture, figures, hint)
         if view == WEB:
-            serve_page(live)
+            _serve_page(live)
             live.stop()
 
 

@@ -30,16 +30,16 @@ from ab_sim.nodes.process import init_ros, leave_graph
 from ab_sim.scene import Scene
 from ab_sim.show.viewing import STARTED
 
-READY = 90.0
+_READY = 90.0
 """Longest time for the nodes to start [s]; the first start includes compiling the kernel."""
-CONTROLLER, RECORDER = "profile_controller", "recorder"
-ANSWER = 10.0
+_CONTROLLER, _RECORDER = "profile_controller", "recorder"
+_ANSWER = 10.0
 """Longest time for a service to answer, and for a node to exit [s]."""
 GLANCE = 0.02
 """Longest wait for the next message [s]."""
 SILENCE = 10.0
 """Time without a message from the drive before the run is aborted [s]."""
-RUN_MODULE = (
+_RUN_MODULE = (
     "import sys; sys.path[:] = filter(None, sys.path); module = sys.argv.pop(1); "
     "sys.argv[0] = '-m'; import runpy; "
     "runpy.run_module(module, run_name='__main__', alter_sys=True)"
@@ -81,10 +81,10 @@ class LiveRun:
             controller = {"profile": source, "use_sim_time": "true", **what}
             if scene.profile.kind == "adaptive":
                 controller["command_rate"] = repr(1.0 / scene.profile.command_period)
-            self._nodes[CONTROLLER] = controller
+            self._nodes[_CONTROLLER] = controller
         self._nodes["drive_sim"] = {"scene": source, "start_paused": "true", **what}
         if recorder is not None:
-            self._nodes[RECORDER] = recorder
+            self._nodes[_RECORDER] = recorder
         self._logs = logs
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._context = contextlib.ExitStack()
@@ -127,24 +127,24 @@ class LiveRun:
         """Wait until all nodes and the viewer, if any, are up and the services answer.
 
         Raises:
-            AbSimError: the nodes do not start within ``READY``, or one of them has exited.
+            AbSimError: the nodes do not start within ``_READY``, or one of them has exited.
             InputError: another simulator is running on this domain.
         """
 
         def ready() -> bool:
             self._refuse_other_simulator()
-            recorder, controller = self.health(RECORDER), self.health(CONTROLLER)
+            recorder, controller = self.health(_RECORDER), self.health(_CONTROLLER)
             # Drive and recorder must be subscribed, so that no command is lost.
-            listeners = len(self._nodes.keys() & {"drive_sim", RECORDER})
+            listeners = len(self._nodes.keys() & {"drive_sim", _RECORDER})
             return (
                 self._pause_drive.service_is_ready()
                 and bool(self.health("drive_sim"))
                 and (
-                    RECORDER not in self._nodes
+                    _RECORDER not in self._nodes
                     or (recorder.get("file", "") != "" and recorder.get("viewer state") != STARTED)
                 )
                 and (
-                    CONTROLLER not in self._nodes
+                    _CONTROLLER not in self._nodes
                     or (
                         self.health("drive_sim").get("sources of commands", "0") != "0"
                         and int(controller.get("listeners", 0)) >= listeners
@@ -153,14 +153,14 @@ class LiveRun:
                 )
             )
 
-        if not self._spin_until(ready, READY):
-            raise AbSimError(f"the nodes did not start within {READY:g} s; see {self._logs}")
+        if not self._spin_until(ready, _READY):
+            raise AbSimError(f"the nodes did not start within {_READY:g} s; see {self._logs}")
 
     def start(self) -> None:
         """Start the profile, if there is one, and let the drive run."""
-        if CONTROLLER in self._nodes:
+        if _CONTROLLER in self._nodes:
             self._call(self._start_profile, trigger_request())
-            if not self._spin_until(self._profile_is_led, ANSWER):
+            if not self._spin_until(self._profile_is_led, _ANSWER):
                 raise AbSimError(f"the profile did not reach the drive; see {self._logs}")
         self._began, self._last_message = self.time, time.monotonic()
         self._call(self._pause_drive, switch_request(False))
@@ -168,7 +168,7 @@ class LiveRun:
 
     def _profile_is_led(self) -> bool:
         """Return whether the drive has received the beginning of the profile."""
-        controller, drive = self.health(CONTROLLER), self.health("drive_sim")
+        controller, drive = self.health(_CONTROLLER), self.health("drive_sim")
         if controller.get("state", "idle") in ("idle", "waiting"):
             return False
         if controller["sends"] == "speeds":
@@ -206,12 +206,12 @@ class LiveRun:
         wall = self._wall[1] - self._wall[0]
         factor = self.elapsed / wall if wall > 0 else math.nan
         # Publishers end first and the recorder last, so that messages in transit still arrive.
-        self._end_nodes(*(name for name in self._nodes if name != RECORDER))
+        self._end_nodes(*(name for name in self._nodes if name != _RECORDER))
         self._began = None  # messages are ignored from now on
-        self._spin_until(self._all_is_recorded, ANSWER)
+        self._spin_until(self._all_is_recorded, _ANSWER)
         if not all(self.health(name) for name in self._nodes):
             raise AbSimError(f"a node sent no diagnostics; see {self._logs}")
-        drive, recorder, controller = map(self.health, ("drive_sim", RECORDER, CONTROLLER))
+        drive, recorder, controller = map(self.health, ("drive_sim", _RECORDER, _CONTROLLER))
         figures = {
             "real-time factor": f"{factor:.4f}",
             "worst lateness": f"{1e3 * float(drive['worst lateness [s]']):.2f} ms",
@@ -245,7 +245,7 @@ class LiveRun:
             self._request_exit(name)
         for name in names:
             try:
-                code = self._processes[name].wait(timeout=ANSWER)
+                code = self._processes[name].wait(timeout=_ANSWER)
             except subprocess.TimeoutExpired as error:
                 raise AbSimError(f"{name} did not end; see {self._logs}") from error
             del self._processes[name]
@@ -254,7 +254,7 @@ class LiveRun:
 
     def _all_is_recorded(self) -> bool:
         """Return whether the recorder, if any, has the drive's last sample."""
-        drive, recorder = self._health.get("/drive_sim"), self._health.get(f"/{RECORDER}")
+        drive, recorder = self._health.get("/drive_sim"), self._health.get(f"/{_RECORDER}")
         return recorder is None or drive is None or recorder.time >= drive.time
 
     def health(self, node: str) -> dict[str, str]:
@@ -306,7 +306,7 @@ class LiveRun:
         for name, values in self._nodes.items():
             settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
             module = f"ab_sim.nodes.{name}"
-            command = [sys.executable, "-c", RUN_MODULE, module, "--ros-args", *settings]
+            command = [sys.executable, "-c", _RUN_MODULE, module, "--ros-args", *settings]
             # In a node's first instructions, a signal would end it with a traceback.
             with (self._logs / f"{name}.log").open("wb") as log, interruption.kept_from_children():
                 self._processes[name] = subprocess.Popen(
@@ -354,11 +354,11 @@ class LiveRun:
         """
         service = client.srv_name
         # Nodes discover each other gradually: a request that is refused now may soon be granted.
-        end = time.monotonic() + ANSWER
+        end = time.monotonic() + _ANSWER
         while True:
             future = client.call_async(request)
-            if not self._spin_until(future.done, ANSWER):
-                raise AbSimError(f"the service {service} did not answer within {ANSWER:g} s")
+            if not self._spin_until(future.done, _ANSWER):
+                raise AbSimError(f"the service {service} did not answer within {_ANSWER:g} s")
             done, text = answer_of(future.result())
             if done:
                 return
@@ -370,7 +370,7 @@ class LiveRun:
         """Ask a node to exit, and receive its last diagnostics."""
         process = self._processes[name]
         process.send_signal(signal.SIGINT)
-        end = time.monotonic() + ANSWER
+        end = time.monotonic() + _ANSWER
         while (health := self._health.get(f"/{name}")) is None or health.message != ENDED:
             if process.poll() is not None and end > time.monotonic() + 0.5:
                 end = time.monotonic() + 0.5  # its last message may still be in transit
@@ -391,7 +391,7 @@ class LiveRun:
             process.send_signal(signal.SIGINT)
         for process in self._processes.values():
             try:
-                process.wait(timeout=ANSWER)
+                process.wait(timeout=_ANSWER)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()

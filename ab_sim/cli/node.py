@@ -27,7 +27,7 @@ from ab_sim.scene.units import has_unit, in_si
 if TYPE_CHECKING:
     from ab_sim.nodes.caller import Caller
 
-AGAIN = 0.5
+_AGAIN = 0.5
 """Time after which an urgent request is repeated [s]."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
@@ -62,7 +62,7 @@ def call_service(
         try:
             if values:
                 caller.set(values)
-            again = AGAIN if command.urgent else 0.0
+            again = _AGAIN if command.urgent else 0.0
             answer = caller.call(command.service_name, request, command.timeout, again)
             restore = restore or not answer.success  # a refused call changes nothing
         except Interrupted:

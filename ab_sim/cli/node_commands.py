@@ -12,7 +12,7 @@ from ab_sim.base.errors import InputError
 from ab_sim.base.numbers import number_in, whole_number_in
 from ab_sim.cli.declare import Heading, parameter, set_signature
 
-DRIVE, CONTROLLER = "drive_sim", "profile_controller"
+DRIVE, _CONTROLLER = "drive_sim", "profile_controller"
 """Default names of the nodes."""
 
 
@@ -230,8 +230,8 @@ SERVICES = (
             ("shutdown", "Shut the node down."),
         )
     ),
-    ServiceCommand("start", "Start the speed profile.", CONTROLLER),
-    ServiceCommand("abort", "Stop the speed profile, and ramp down to standstill.", CONTROLLER),
+    ServiceCommand("start", "Start the speed profile.", _CONTROLLER),
+    ServiceCommand("abort", "Stop the speed profile, and ramp down to standstill.", _CONTROLLER),
 )
 """All services that the nodes offer; a test compares them with the nodes."""
 
@@ -243,7 +243,7 @@ node_commands = Heading(
     "codes: 0 done, 1 refused by the node, 2 bad input or no such node.",
     no_args_is_help=True,
 )
-NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
+_NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 """Settings of a command for which a negative number is an argument."""
 _WORK = "ab_sim.cli.node"
 """Module that does the work, imported on the call, because ROS takes long to import."""
@@ -266,7 +266,7 @@ def _add(service: ServiceCommand) -> None:
         parameter("wait", Wait, 5.0),
     ]
     set_signature(command, [*map(_argument, service.arguments), *options])
-    settings = NEGATIVE_NUMBERS if service.arguments else {}
+    settings = _NEGATIVE_NUMBERS if service.arguments else {}
     node_commands.command(service.name, help=service.meaning, context_settings=settings)(command)
 
 
@@ -283,7 +283,7 @@ for _service in SERVICES:
     _add(_service)
 
 
-@node_commands.declare(f"{_WORK}:speed_command", context_settings=NEGATIVE_NUMBERS)
+@node_commands.declare(f"{_WORK}:speed_command", context_settings=_NEGATIVE_NUMBERS)
 class CommandOptions(NamedTuple):
     """Command the spindle's speed, as firmware does, and print the drive's reaction.
 

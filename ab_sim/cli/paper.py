@@ -17,7 +17,7 @@ from ab_sim.cli.runner import Command, Outcome
 if TYPE_CHECKING:
     from gallery import page as pages
 
-DOCS = Path(__file__).parents[2] / "docs"
+_DOCS = Path(__file__).parents[2] / "docs"
 """Folder of the docs in a checkout from which ab_sim is installed editable, or run."""
 
 
@@ -27,14 +27,14 @@ def gallery() -> ModuleType:
     Raises:
         InputError: ab_sim was installed without its sources.
     """
-    if not (DOCS / "gallery" / "__init__.py").is_file():
+    if not (_DOCS / "gallery" / "__init__.py").is_file():
         raise InputError(
             f"paper: the papers are part of the sources of ab_sim, and not of the installation in "
-            f"{DOCS.parent}; in a checkout of the sources run `make demo` once, then "
+            f"{_DOCS.parent}; in a checkout of the sources run `make demo` once, then "
             "`.venv/bin/ab-sim paper`. The checkout also has the resulting pages: docs/papers"
         )
     # First in the path, so that another package named gallery is not imported.
-    sys.path.insert(0, str(DOCS))
+    sys.path.insert(0, str(_DOCS))
     return importlib.import_module("gallery")
 
 

@@ -14,7 +14,7 @@ from ab_sim.cli.outputs import people
 
 EVERY = 10.0
 """Time between two lines [s]."""
-SIGNAL_DELAY = 0.3
+_SIGNAL_DELAY = 0.3
 """Longest time from a signal to its handling [s]."""
 
 
@@ -87,6 +87,6 @@ def interruptible(name: str, kept_files: str) -> Iterator[Progress]:
         except AbSimError as error:
             # Ctrl-C also ends the worker processes. Their exit may be noticed before the signal,
             # which a separate thread handles; it would be reported as an error.
-            if stopping.wait(SIGNAL_DELAY):
+            if stopping.wait(_SIGNAL_DELAY):
                 raise Interrupted(f"interrupted; {kept_files}") from error
             raise

@@ -24,7 +24,7 @@ from ab_sim.show.summary import CAPTION, summary_rows
 
 MOST_RUNS = 8
 """Largest number of runs side by side; more would be too small to see."""
-REPORT_DOTS = 100
+_REPORT_DOTS = 100
 """Resolution of a report's picture [dots per inch]."""
 
 
@@ -51,7 +51,7 @@ def report_command(options: ReportOptions) -> Command:
             return grid_of([data.name for data in runs], [panels_of(data) for data in runs])
 
         def draw(file: Path) -> None:
-            picture("report", grid(), dots=REPORT_DOTS)(file)
+            picture("report", grid(), dots=_REPORT_DOTS)(file)
 
         def write_page(file: Path) -> None:
             from ab_sim.show.page import report_page
@@ -59,7 +59,7 @@ def report_command(options: ReportOptions) -> Command:
             report_page(grid(), summary_rows(runs), [data.notes for data in runs], file)
 
         return Outcome(
-            [report_table(runs), *notes],
+            [_report_table(runs), *notes],
             lambda: {"runs": [data.report() for data in runs]},
             writes={"--png": draw, "--html": write_page},
         )
@@ -67,7 +67,7 @@ def report_command(options: ReportOptions) -> Command:
     return Command(work, outputs=[(options.png, PNG, "--png"), (options.html, PAGE, "--html")])
 
 
-def report_table(runs: Sequence[RunData]) -> Table:
+def _report_table(runs: Sequence[RunData]) -> Table:
     """Return the table of runs."""
     table = Table(caption=CAPTION, caption_justify="left")
     table.add_column("", no_wrap=True)
@@ -99,7 +99,7 @@ def compare_command(options: CompareOptions) -> Command:
             run, scene, progress=lambda done: tell("samples", done, total)
         )
         return Outcome(
-            [compare_table(comparison, recording.name), *comparison.notes],
+            [_compare_table(comparison, recording.name), *comparison.notes],
             lambda: {"recording": str(recording), **comparison.report()},
             picture("comparison", comparison, recording.name),
         )
@@ -107,7 +107,7 @@ def compare_command(options: CompareOptions) -> Command:
     return Command(work, f"{scene.name} as {recording.name}", "nothing was written")
 
 
-def compare_table(comparison: RecordingComparison, recording: str) -> Table:
+def _compare_table(comparison: RecordingComparison, recording: str) -> Table:
     """Return the table of deviations."""
     title = f"{recording} compared with {comparison.scene.name}, {comparison.duration:g} s"
     columns = "largest difference | of the range | at [s] | rms | of the range"

@@ -25,7 +25,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.units import ShownUnit, shown_units
 
-INTERVALS = 100
+_INTERVALS = 100
 """Number of intervals between samples in the JSON, if no times are given."""
 
 
@@ -39,9 +39,9 @@ def run_command(options: RunOptions) -> Command:
     if options.step is not None:
         changes.append(f"solver.step={options.step!r}")
     scene, units = load_scene(options.scene, changes), shown_units(options.units)
-    times = parse_times(options.times)
+    times = _parse_times(options.times)
     if not times and options.json is not None:
-        times = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
+        times = [i / _INTERVALS * scene.duration for i in range(_INTERVALS + 1)]
 
     def work(tell: Progress) -> Outcome:
         tell(f"{scene.name}, compiling; ms simulated", 0, round(1e3 * scene.duration))
@@ -79,7 +79,7 @@ def run_command(options: RunOptions) -> Command:
     return Command(work, "run", outputs=[(options.rrd, RECORDING, "--rrd")])
 
 
-def parse_times(text: str | None) -> list[float]:
+def _parse_times(text: str | None) -> list[float]:
     """Parse times such as ``2.5,3,6``.
 
     Raises:

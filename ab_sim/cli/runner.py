@@ -24,7 +24,7 @@ Write = Callable[[Path], list[Path] | None]
 """Function that writes a file; for a folder it returns the files in it."""
 Draw = Callable[[Path], None]
 """Function that draws a picture into a file."""
-DOTS, FINE = 110, 120
+_DOTS, FINE = 110, 120
 """Resolution of pictures, and of those with many labels [dots per inch]."""
 
 
@@ -124,7 +124,7 @@ def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
     return [file] if files is None else files
 
 
-def picture(name: str, *results: Any, dots: int = DOTS) -> Draw:
+def picture(name: str, *results: Any, dots: int = _DOTS) -> Draw:
     """Return a function that draws results into a file.
 
     Args:

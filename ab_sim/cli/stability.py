@@ -52,7 +52,7 @@ from ab_sim.design import basin as basins
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
 
-MOST_PLACES = 6
+_MOST_PLACES = 6
 """Largest number of places in a line of the table."""
 
 
@@ -87,7 +87,7 @@ def equilibria_command(options: EquilibriaOptions | StabilityOptions) -> Command
             }
 
         def shown() -> Iterator[Table | str]:
-            yield equilibria_table(scene, equilibria)
+            yield _equilibria_table(scene, equilibria)
             yield from (
                 *_resting_notes(equilibria),
                 *_disturbance_notes(equilibria, disturbed),
@@ -147,7 +147,7 @@ def _beyond_linear(scene: Scene, speed: float, state: RestingState) -> dict[str,
     return {"returns": returns, "held_by_friction": held}
 
 
-def equilibria_table(scene: Scene, equilibria: Equilibria) -> Table:
+def _equilibria_table(scene: Scene, equilibria: Equilibria) -> Table:
     """Return the table of resting states."""
     length, symbol = scene.whirl_unit
     table = Table(title=f"{equilibria.scene}: resting states at {equilibria.speed:g} rad/s")
@@ -177,8 +177,8 @@ def _places(state: RestingState) -> str:
     places = [
         f"{count} x {angle}" if count > 1 else angle for angle, count in Counter(angles).items()
     ]
-    more = len(places) - MOST_PLACES
-    return ", ".join(places[:MOST_PLACES]) + (f" and {more} more" if more > 0 else "")
+    more = len(places) - _MOST_PLACES
+    return ", ".join(places[:_MOST_PLACES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _positions_text(positions: str) -> str:
@@ -223,7 +223,7 @@ def _disturbance_notes(
         if more["held_by_friction"] is not None:
             ends = [
                 f"{math.degrees(first):.1f} to {math.degrees(first + high - low):.1f}"
-                for low, high in more["held_by_friction"][:MOST_PLACES]
+                for low, high in more["held_by_friction"][:_MOST_PLACES]
                 for first in (in_one_turn(low),)
             ]
             place = f"at {', '.join(ends)} deg"
@@ -313,7 +313,7 @@ def _range(reach: BunchRange, unit: str, what: str) -> str:
     return f"{text} (not known {' and '.join(unknown)})" if unknown else text
 
 
-BASIS = {
+_BASIS = {
     ALL: "computed from all balanced positions of the balls",
     SAMPLED: "computed from samples of the balls' balanced positions: others may differ",
 }
@@ -368,10 +368,10 @@ def _map_command(plane: Plane, coarse: int, against: int | None) -> Command:
             return maps[0].report() | beside
 
         def shown() -> Iterator[Table | str]:
-            yield from map(map_table, maps)
-            yield from map(circulation_line, maps)
+            yield from map(_map_table, maps)
+            yield from map(_circulation_line, maps)
             if compared is not None:
-                yield against_table(compared)
+                yield _against_table(compared)
             yield (
                 f"islands of fewer than {coarse} by {coarse} points may have been missed (--coarse)"
                 if coarse > 1
@@ -389,7 +389,7 @@ def _family_command(plane: Plane, coarse: int, key: str, values: tuple[float, ..
 
     def work(tell: Progress) -> Outcome:
         maps = family(plane, key, values, coarse, processes(None), tell)
-        return Outcome([family_table(maps)], maps.report, picture("family", maps))
+        return Outcome([_family_table(maps)], maps.report, picture("family", maps))
 
     return Command(work, plane.scene.name, KEPT)
 
@@ -400,12 +400,12 @@ def _basin_command(options: StabilityOptions, count: int) -> Command:
 
     def work(tell: Progress) -> Outcome:
         basin = basins.basin(scene, count, processes(None), progress=tell)
-        return Outcome([basin_table(basin)], basin.report, picture("basin", basin))
+        return Outcome([_basin_table(basin)], basin.report, picture("basin", basin))
 
     return Command(work, scene.name, KEPT)
 
 
-def map_table(stable_map: StabilityMap) -> Table:
+def _map_table(stable_map: StabilityMap) -> Table:
     """Return the table of a map's shares."""
     plane = stable_map.plane
     rows, columns = plane.shape
@@ -419,7 +419,7 @@ def map_table(stable_map: StabilityMap) -> Table:
     return table
 
 
-def circulation_line(stable_map: StabilityMap) -> str:
+def _circulation_line(stable_map: StabilityMap) -> str:
     """Return a line on circulating balls in a map."""
     reason = stable_map.reason_not_covered
     if reason is not None:
@@ -436,10 +436,10 @@ def circulation_line(stable_map: StabilityMap) -> str:
 
 def _of_which(stable_map: StabilityMap) -> str | None:
     """Return the caption of a map: the positions from which its verdicts were computed."""
-    return None if stable_map.balanced_positions is None else BASIS[stable_map.balanced_positions]
+    return None if stable_map.balanced_positions is None else _BASIS[stable_map.balanced_positions]
 
 
-def family_table(maps_of_values: Family) -> Table:
+def _family_table(maps_of_values: Family) -> Table:
     """Return the table of the shares of each map in which balance is stable."""
     title = f"{maps_of_values.maps[0].plane.scene.name}: share of the map with stable balance"
     columns = f"{maps_of_values.key} | at one or more positions | at every position"
@@ -451,7 +451,7 @@ def family_table(maps_of_values: Family) -> Table:
     return table
 
 
-def against_table(comparison: BallCountComparison) -> Table:
+def _against_table(comparison: BallCountComparison) -> Table:
     """Return the table that compares two numbers of balls."""
     ours, other = (m.plane.scene.balls.count for m in (comparison.ours, comparison.other))
     title = f"balance of {ours} and of {other} balls, of the same total mass"
@@ -466,7 +466,7 @@ def against_table(comparison: BallCountComparison) -> Table:
     return table
 
 
-def basin_table(basin: basins.Basin) -> Table:
+def _basin_table(basin: basins.Basin) -> Table:
     """Return the table of outcomes, with their shares of the start angles."""
     title = f"{basin.scene.name}: outcomes of runs from {len(basin.angles)}^2 starts"
     table = new_table("outcome", "share of the starts", title=title)

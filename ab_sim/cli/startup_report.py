@@ -17,7 +17,7 @@ from ab_sim.scene import Scene
 from ab_sim.show.run import drawn_run
 from ab_sim.show.saved import save
 
-LOSSES = ("commands lost", "messages dropped by the recorder")
+_LOSSES = ("commands lost", "messages dropped by the recorder")
 """Figures of the live run that count as lost messages, together with missing samples."""
 
 
@@ -44,7 +44,7 @@ def report_startup(
     runs = {"live": metrics_of(live, scene), "offline": offline.metrics}
     results.print(metrics_table(f"Start-up of {scene.name}", scene, runs, comparison))
     table = Table(show_header=False, title="The live run")
-    lost = recorded.extent.missing + sum(int(figures.pop(label)) for label in LOSSES)
+    lost = recorded.extent.missing + sum(int(figures.pop(label)) for label in _LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():
         table.add_row(label, value)
     table.add_row("samples against the offline run", _difference(live, offline.trajectory))

@@ -48,7 +48,7 @@ def modes_command(options: ModesOptions) -> Command:
     return Command(work)
 
 
-def modes_table(vibration: NaturalVibration) -> Table:
+def _modes_table(vibration: NaturalVibration) -> Table:
     """Return the table of modes."""
     table = Table(title=f"{vibration.scene}: modes at {vibration.speed:g} rad/s")
     for name in ("rad/s", "Hz", "damping ratio", "whirl", "largest motion"):
@@ -78,7 +78,7 @@ def _damping(mode: Mode, rounding: float) -> str:
 
 
 def _modes_shown(vibration: NaturalVibration) -> Iterator[Table | str]:
-    yield modes_table(vibration)
+    yield _modes_table(vibration)
     about, over_speed = vibration.linearised, vibration.over_speed
     yield f"undamped frequencies; {AVERAGING}"
     if not about.stiffness.any():
@@ -118,7 +118,7 @@ def floquet_command(options: FloquetOptions) -> Command:
             return first if followed is None else {**first, "followed": followed.report()}
 
         def shown() -> Iterator[Table | str]:
-            yield solutions_table(scene, at, solutions)
+            yield _solutions_table(scene, at, solutions)
             yield from _notes(scene, solutions)
             yield from () if followed is None else _borders(followed)
 
@@ -174,7 +174,7 @@ def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.
     return key, case_of(scene, key, values.tolist(), at, f"--over {key}="), values
 
 
-def solutions_table(scene: Scene, speed: float, stabilities: list[Stability]) -> Table:
+def _solutions_table(scene: Scene, speed: float, stabilities: list[Stability]) -> Table:
     """Return the table of periodic solutions."""
     table = Table(title=f"{scene.name}: periodic solutions at {speed:g} rad/s")
     for name in ("found from", "verdict", "largest", "whirl", "ball angles [deg]", "residual"):
@@ -257,7 +257,7 @@ def _borders(followed: Followed) -> Iterator[str]:
         )
 
 
-MOST_DRAGS = 1000
+_MOST_DRAGS = 1000
 """Largest number of drags."""
 
 
@@ -284,15 +284,15 @@ def drags_of(text: str) -> tuple[float, ...]:
         low, high, n = number_in(first), number_in(last), whole_number_in(count)
     except ValueError:
         low, high, n = math.nan, math.nan, 0
-    if not (0.0 < low < high < math.inf and 2 <= n <= MOST_DRAGS):
+    if not (0.0 < low < high < math.inf and 2 <= n <= _MOST_DRAGS):
         raise InputError(
             f"--drags {text}: must be first:last:count, two rising numbers above 0 [N s/m] and a "
-            f"whole number from 2 to {MOST_DRAGS}, e.g. 0.1:0.5:5"
+            f"whole number from 2 to {_MOST_DRAGS}, e.g. 0.1:0.5:5"
         )
     return tuple(float(f"{drag:.12g}") for drag in np.linspace(low, high, n))
 
 
-def recovery_table(results: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
+def _recovery_table(results: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
     """Return the table of recoveries, with all balls or with one.
 
     Args:
@@ -329,9 +329,9 @@ def _text(value: float | None) -> str:
 
 
 def _recovery_shown(results: RecoveryOverDrag) -> Iterator[Table | str]:
-    yield recovery_table(results, results.balls, (results.at_scene_drag, *results.at_drags))
+    yield _recovery_table(results, results.balls, (results.at_scene_drag, *results.at_drags))
     if results.one_ball is not None:
-        yield recovery_table(results, 1, results.one_ball)
+        yield _recovery_table(results, 1, results.one_ball)
     runs = (results.at_scene_drag, *results.at_drags, *(results.one_ball or ()))
     if results.best_drag is not None and results.composite is not None:
         yield (

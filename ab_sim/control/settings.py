@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 from ab_sim.base.errors import InputError, exact
 
 Quantity = Literal["displacement", "acceleration"]
-QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")
+_QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")
 
 
 class SensorFacts(NamedTuple):
@@ -53,7 +53,7 @@ def checked(settings: StartUpSettings) -> StartUpSettings:
         A setting is invalid; the message names field, value and allowed range.
     """
     sensing = settings.sensing
-    if sensing.quantity not in QUANTITIES:
+    if sensing.quantity not in _QUANTITIES:
         _refuse("sensing.quantity", repr(sensing.quantity), "'displacement' or 'acceleration'")
     if sensing.axes not in (1, 2):
         _refuse("sensing.axes", repr(sensing.axes), "1 or 2")

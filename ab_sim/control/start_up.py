@@ -73,7 +73,7 @@ class Decision(NamedTuple):
     """State and reason in plain words."""
 
 
-def words_of(
+def _words_of(
     state: State, reason: str, settings: StartUpSettings, estimates: Estimates, observer: Observer
 ) -> str:
     """Return the status text ``state: details`` of a start-up; ``reason`` is that of an abort."""
@@ -109,9 +109,9 @@ def _count(number: int, one: str, several: str) -> str:
     return f"{number} {one if number == 1 else several}"
 
 
-OWN_NUMBERS = 16
+_OWN_NUMBERS = 16
 """Number of values in a state before those of the observer; see ``StartUp.state_numbers``."""
-LAGS = (0.0, 1.0, -1.0, 2.0)
+_LAGS = (0.0, 1.0, -1.0, 2.0)
 """Factors on ``chosen.LAG_STEP`` in successive retries: a dwell closer to the critical speed, or
 farther from it, may free balls that the last one did not."""
 
@@ -283,7 +283,7 @@ class StartUp:
     @property
     def words(self) -> str:
         """Present action and its reason, in plain words."""
-        return words_of(self.state, self.reason, self.settings, self.estimates, self.observer)
+        return _words_of(self.state, self.reason, self.settings, self.estimates, self.observer)
 
     def state_numbers(self) -> tuple[float, ...]:
         """Return the complete state, for ``restore``; the C version has the same numbers."""
@@ -320,7 +320,7 @@ class StartUp:
         self._command, self._time, self._elapsed, self._in_state, self._calls = values[3:8]
         self._since_sample, self._standing, self._distance, self._nudge = values[8:12]
         self._stagnant, self._before, self._dwells, self._retries = values[12:16]
-        self.observer.restore(values[OWN_NUMBERS:])
+        self.observer.restore(values[_OWN_NUMBERS:])
         self.decision = Decision(int(values[2]), self.words)
 
     # --- action in each state
@@ -445,7 +445,7 @@ class StartUp:
         largest, lag = chosen.FIRST_WHIRL, chosen.LARGEST_LAG
         if self._retries > 0.0:
             largest = chosen.LATER_WHIRL
-            lag *= 1.0 + chosen.LAG_STEP * LAGS[(int(self._retries) - 1) % 4]
+            lag *= 1.0 + chosen.LAG_STEP * _LAGS[(int(self._retries) - 1) % 4]
         # Two lower limits of the distance: the whirl must not exceed ``largest``, and the lag must
         # be small, because with a large lag the whirl drives balls in the wrong direction.
         critical = observer.critical

@@ -28,11 +28,11 @@ from ab_sim.model.equations.neighbours import at_one_angle, equal_pairs, start_a
 from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
 
-METRICS = ("verdict", "residual_unbalance", "final_whirl_over_e")
+_METRICS = ("verdict", "residual_unbalance", "final_whirl_over_e")
 """Metrics of each run."""
 SAMPLES = 1000
 """Minimum number of samples of a run from which metrics are computed."""
-CHUNK = 32
+_CHUNK = 32
 """Runs per work item of a process: a multiple of the lanes."""
 
 BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, RINGING_DOWN = 1, 0, 2, 3, 4, 5
@@ -188,7 +188,7 @@ def basin(
         def run(wanted: Sequence[Point]) -> Any:
             # Resolve an accuracy once here, not in each part of the work.
             ready = resolve_accuracy(scene, tell=progress)[0] if wanted else scene
-            parts = [wanted[k : k + CHUNK] for k in range(0, len(wanted), CHUNK)]
+            parts = [wanted[k : k + _CHUNK] for k in range(0, len(wanted), _CHUNK)]
             of_part = functools.partial(_ends, ready, count)
             return itertools.chain.from_iterable(pool.each(of_part, parts, 1))
 
@@ -245,7 +245,7 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
         if run.failure:
             ends[k] = [NAMES[DIVERGED], None, None]
             continue
-        metrics = metrics_of(run.trajectory, run.scene, METRICS)
+        metrics = metrics_of(run.trajectory, run.scene, _METRICS)
         ends[k] = [metrics.verdict, metrics.residual_unbalance, metrics.final_whirl]
     return ends
 

@@ -14,7 +14,7 @@ from ab_sim.base.numbers import number_in
 from ab_sim.base.presentation import number
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
-FORMS = (
+_FORMS = (
     "must be METRIC<NUMBER, with <, <=, > or >=, e.g. 'final_whirl_over_e<0.2'; or the name of a "
     "metric that is true or false, alone or after 'not'"
 )
@@ -87,7 +87,7 @@ def bound_of(text: str) -> Bound:
         return _truth(text)
     name, op, number = (part.strip() for part in match.groups())
     if op not in _OPERATORS or not name or not number:
-        raise InputError(f"bound {short(text)}: {FORMS}")
+        raise InputError(f"bound {short(text)}: {_FORMS}")
     metric = _compared(text, name)
     return Bound(metric.key, op, _limit(text, metric, number))
 
@@ -98,7 +98,7 @@ def _truth(text: str) -> Bound:
     denied = words[:1] == ["not"]
     names = words[1:] if denied else words
     if len(names) != 1 or set(text) & set("<>=!"):
-        raise InputError(f"bound {short(text)}: {FORMS}")
+        raise InputError(f"bound {short(text)}: {_FORMS}")
     metric = _compared(text, names[0])
     if metric.kind is not MetricKind.TRUTH:
         raise InputError(
@@ -127,7 +127,7 @@ def _limit(text: str, metric: Metric[Any], number: str) -> float:
             return in_si(number, metric.unit)
         limit = number_in(number)
     except ValueError as error:
-        why = error if has_unit(number) else f"is not a number; {FORMS}"
+        why = error if has_unit(number) else f"is not a number; {_FORMS}"
         raise InputError(f"{place} {why}") from None
     if not math.isfinite(limit):
         raise InputError(f"{place} must be a finite number")

@@ -41,13 +41,13 @@ if TYPE_CHECKING:
 
 ANSWERS = 20.0
 """Timeout of a scheduler's answer [s]; on a busy machine 10 s were too short."""
-IN_FLIGHT = 3
+_IN_FLIGHT = 3
 """Number of calls in flight per worker thread, so that no worker waits for this process."""
-LOOKS = 1.0
+_LOOKS = 1.0
 """Interval between polls of the number of workers and of interrupts [s]."""
-ARRIVES = 40.0
+_ARRIVES = 40.0
 """Timeout of the transfer of a result from its worker [s]."""
-LEAVES = 3.0
+_LEAVES = 3.0
 """Timeout of the disconnection from a scheduler [s]."""
 _LOGGERS = ("asyncio", "distributed", "tornado")
 """Loggers whose messages are suppressed."""
@@ -144,14 +144,14 @@ class Cluster:
         parts = (items[k : k + chunk] for k in range(0, len(items), chunk))
         flying: deque[Future] = deque()
         while True:
-            room = max(0, IN_FLIGHT * max(1, self._threads_now(client)) - len(flying))
+            room = max(0, _IN_FLIGHT * max(1, self._threads_now(client)) - len(flying))
             for part in islice(parts, room):
                 work = pickle.dumps((function, list(part)))
-                task = pickle.dumps(_Call(results_of, modules, fingerprint, work))
+                task = pickle.dumps(_Call(_results_of, modules, fingerprint, work))
                 flying.append(self._sent(client, task))
             if not flying:
                 return
-            self._news.wait(LOOKS)
+            self._news.wait(_LOOKS)
             self._news.clear()
             for results in self._finished(client, flying):
                 if isinstance(results, Differs):
@@ -197,17 +197,17 @@ class Cluster:
 
     def _first(self, clients: "queue.SimpleQueue[Client | Exception]") -> "Client | Exception":
         """Wait for the client of the connecting thread; return it, or the error."""
-        until = time.monotonic() + ANSWERS + LEAVES
+        until = time.monotonic() + ANSWERS + _LEAVES
         while time.monotonic() < until:
             with contextlib.suppress(queue.Empty):
-                return clients.get(timeout=LOOKS)
+                return clients.get(timeout=_LOOKS)
             if self.waiting is not None:
                 self.waiting(f"waiting for the scheduler at {self._address}")
         return TimeoutError(f"nothing for {ANSWERS:g} s")
 
     def _threads_now(self, client: "Client") -> int:
         """Return the number of threads of all workers, at most a second old."""
-        if time.monotonic() - self._looked > LOOKS:
+        if time.monotonic() - self._looked > _LOOKS:
             with self._lost_with(client):
                 self._threads = sum(client.nthreads().values())
             self._looked = time.monotonic()
@@ -235,12 +235,12 @@ class Cluster:
         while flying and flying[0].status == "finished":
             with self._lost_with(client):
                 try:
-                    finished.append(flying[0].result(timeout=ARRIVES))
+                    finished.append(flying[0].result(timeout=_ARRIVES))
                 except Late as error:
                     if flying[0].status != "finished":
                         break  # lost with its worker and computed again
                     raise WorkerLost(
-                        f"a worker's result has not arrived within {ARRIVES:g} s: can the "
+                        f"a worker's result has not arrived within {_ARRIVES:g} s: can the "
                         f"scheduler at {self._address} reach its workers? {KEPT}"
                     ) from error
             flying.popleft()
@@ -322,7 +322,7 @@ def _reason(error: BaseException | None) -> str:
 def _disconnect(client: "Client") -> None:
     """Disconnect a client; calls in flight are abandoned, and a lost scheduler is ignored."""
     with contextlib.suppress(Exception):
-        client.close(timeout=LEAVES)
+        client.close(timeout=_LEAVES)
 
 
 @contextlib.contextmanager
@@ -362,7 +362,7 @@ class _Call:
         return self._call
 
 
-def results_of(
+def _results_of(
     modules: frozenset[str], fingerprint: str, work: bytes
 ) -> list[Any] | Differs | Exception:
     """Perform a task on a worker.

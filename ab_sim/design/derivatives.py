@@ -28,7 +28,7 @@ from ab_sim.engine.stepping.fixed_step import ANGLE
 from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 
-RUNS_PER_KEY = 4
+_RUNS_PER_KEY = 4
 """Number of runs with a moved key: up and down, by h and by h / 2."""
 
 
@@ -155,7 +155,7 @@ def sensitivities(
     named = _named(scene, drive.channels, channels)
     wanted, steps = _wanted(drive, times)
     try:
-        check_room((steps + 1) * (RUNS_PER_KEY * len(keys) + 1), 1, drive.channels)
+        check_room((steps + 1) * (_RUNS_PER_KEY * len(keys) + 1), 1, drive.channels)
     except ValueError:
         raise InputError(
             f"{steps} steps are too many to keep for derivatives by {len(keys)} keys: end the run "
@@ -246,7 +246,7 @@ NOTHING = 1e-10
 """Relative change of a metric, for a change of the key by ``scale_of``, that is no influence."""
 STILL = 1e-6
 """Uncertainty of this relative change up to which a derivative of 0 means no influence."""
-UNCERTAIN = 0.01
+_UNCERTAIN = 0.01
 """Uncertainty of this relative change above which a derivative below its uncertainty is NaN."""
 
 
@@ -453,7 +453,7 @@ def _is_uncertain(
 ) -> np.ndarray:
     """Return a mask of derivatives without meaning due to uncertainty, shape (metrics, keys)."""
     moves = uncertainties * [scale_of(key) for key in keys]
-    large = moves > UNCERTAIN * np.abs(values[:, None])
+    large = moves > _UNCERTAIN * np.abs(values[:, None])
     uncertain: np.ndarray = ~(uncertainties < np.abs(derivatives)) & large
     return uncertain
 

@@ -35,14 +35,14 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
 
-MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profile")
+_MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profile")
 """Sections whose numbers act on the motion."""
 
 ANGLES = "start.ball_angles"
 """Key of the start angles, which have values even if the scene does not name them."""
 IN_SPACE = ("rotor.height", "race.height")
 """Keys without a meaning for a deck that moves in the plane of the disc."""
-MOTOR_INTEGRAL = "start.motor_integral"
+_MOTOR_INTEGRAL = "start.motor_integral"
 """Key without a meaning in a scene without a motor."""
 
 
@@ -66,11 +66,11 @@ def real_key(scene: Scene, key: str) -> RealKey:
     """
     parts = key.split(".")
     section = parts[0]
-    if section not in MOVING:
+    if section not in _MOVING:
         if section in type(scene).model_fields:
             raise InputError(
                 f"key {short(key)}: {section} does not act on the motion, or has no derivative; "
-                f"take a key of one of: {', '.join(MOVING)}"
+                f"take a key of one of: {', '.join(_MOVING)}"
             )
         raise _unknown(scene, key)
     raw = _plain(scene)
@@ -94,13 +94,13 @@ def real_keys(scene: Scene) -> list[RealKey]:
 
     A number for all balls or all axes is included once; lists are included entry by entry.
     """
-    raw = scene.with_plain(MOVING)
+    raw = scene.with_plain(_MOVING)
     keys = [
         RealKey(key, value, _unit(key.split(".")))
-        for section in MOVING
+        for section in _MOVING
         for key, value in _inside(section, raw.get(section))
         if (scene.deck is not None or key not in IN_SPACE)
-        and (key != MOTOR_INTEGRAL or "motor" in scene.effects)
+        and (key != _MOTOR_INTEGRAL or "motor" in scene.effects)
     ]
     if scene.start.ball_angles is None:
         angles = enumerate(start_angles(scene))
@@ -125,10 +125,10 @@ def moved(scene: Scene, key: str, value: float) -> Scene:
     Raises:
         SceneError: the value is not allowed.
     """
-    return moved_together(scene, {key: value})
+    return _moved_together(scene, {key: value})
 
 
-def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
+def _moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
     """Return the scene with other values by key; see ``moved``."""
     changes: dict[str, object] = dict(values)
     if scene.start.ball_angles is None and any(key.startswith(ANGLES) for key in values):
@@ -138,7 +138,7 @@ def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
 
 def _plain(scene: Scene) -> dict[str, Any]:
     """Return the sections that act on the motion as plain values, with the balls' start angles."""
-    raw: dict[str, Any] = scene.with_plain(MOVING)
+    raw: dict[str, Any] = scene.with_plain(_MOVING)
     if scene.start.ball_angles is None and scene.balls.count:
         raw["start"]["ball_angles"] = list(start_angles(scene))
     return raw
@@ -198,17 +198,17 @@ ZERO = {"m": 1e-4, "kg": 1e-4, "kg m^2": 1e-7, "N m s/rad": 1e-4}
 """Large changes of numbers that are 0, by unit."""
 
 
-LEAST, MOST = 1e-5, 1e-2
+_LEAST, MOST = 1e-5, 1e-2
 """Limits of the step h, as fractions of the key's ``scale_of``."""
 FACTORS = (1.0, 1 / 8, 8.0)
 """Factors of the step, tried in this order until all derivatives are certain enough."""
 ENOUGH = 1e-4
 """Uncertainty below which no further step is tried, as a fraction of the derivative."""
-NO_INFLUENCE = 1e-7
+_NO_INFLUENCE = 1e-7
 """Same limit for keys with little influence, as a fraction of the result per ``scale_of``."""
-NEARBY = 1e-10
+_NEARBY = 1e-10
 """Distance between the runs that measure rounding, as a fraction of ``scale_of``."""
-ROUNDING, ONE_SIDED = 4.0, 10.0
+ROUNDING, _ONE_SIDED = 4.0, 10.0
 """Twice the standard deviation of a central and of a one-sided derivative, times h, relative to
 that of a result."""
 
@@ -243,7 +243,7 @@ def differentiated(
     relative = noise.max(axis=1)[size > 0.0] / size[size > 0.0]
     # Truncation grows with h^2 and rounding with 1 / h: their sum is least near the cube root. The
     # median over results keeps one noisy channel from spoiling the step of all.
-    share = np.clip(np.median(relative) ** (1 / 3), LEAST, MOST) if len(relative) else LEAST
+    share = np.clip(np.median(relative) ** (1 / 3), _LEAST, MOST) if len(relative) else _LEAST
     derivatives = np.full((len(keys), *here.shape), np.nan)
     uncertain = np.full(derivatives.shape, np.inf)
     uncertain_keys = list(range(len(keys)))
@@ -329,7 +329,7 @@ def _difference(
             continue
         single = np.isnan(derivative)
         derivative = np.where(single, 2.0 * near - wide, derivative)
-        one_sided = np.abs(near - wide) + ONE_SIDED * noise / step
+        one_sided = np.abs(near - wide) + _ONE_SIDED * noise / step
         uncertainty = np.where(single, one_sided, uncertainty)
     return derivative, np.where(np.isnan(uncertainty), np.inf, uncertainty)
 
@@ -342,7 +342,7 @@ def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarra
         size: magnitude of the result per ``scale_of`` the key, shape (rows,).
     """
     most = np.nan_to_num(np.abs(derivative)).max(axis=1)
-    enough = np.maximum(ENOUGH * most, NO_INFLUENCE * size)
+    enough = np.maximum(ENOUGH * most, _NO_INFLUENCE * size)
     return bool((uncertainty.max(axis=1) <= enough).all())
 
 
@@ -364,14 +364,14 @@ def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
     """
     moves = {}
     for key in keys:
-        reach = 8 * NEARBY * scale_of(key)
+        reach = 8 * _NEARBY * scale_of(key)
         up, _, _, down = _moved_both_ways(scene, key, reach)
         if up or down:
-            moves[key] = NEARBY * scale_of(key) * (1.0 if up else -1.0)
+            moves[key] = _NEARBY * scale_of(key) * (1.0 if up else -1.0)
     for chosen in (list(moves), *([key] for key in moves)):
         try:
             return [
-                moved_together(scene, {key.key: key.value + k * moves[key] for key in chosen})
+                _moved_together(scene, {key.key: key.value + k * moves[key] for key in chosen})
                 for k in range(1, 8)
             ]
         except SceneError:

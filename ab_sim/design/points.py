@@ -16,7 +16,7 @@ from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
 MOST_VALUES = 1_000_000
 """Largest number of values of one key."""
-FORMS = (
+_FORMS = (
     "must be KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT, KEY=FROM..TO (for a design) or "
     "KEY=V,V,..., e.g. balls.mass=0.5g..3g:26"
 )
@@ -86,7 +86,7 @@ def variable_of(text: str) -> Variable:
     """
     key, equals, values_text = (part.strip() for part in text.partition("="))
     if not equals or not key or not values_text:
-        raise InputError(f"{short(text)}: {FORMS}")
+        raise InputError(f"{short(text)}: {_FORMS}")
     log = values_text.startswith("log:")
     low, dots, rest = values_text.removeprefix("log:").partition("..")
     if not dots:
@@ -202,7 +202,7 @@ def _number(text: str, key: str, part: str) -> float:
             return in_si(part, scene_keys(key)[0].unit)
         return number_in(part)
     except ValueError as error:
-        why = error if has_unit(part) else f"is not a number; {FORMS}"
+        why = error if has_unit(part) else f"is not a number; {_FORMS}"
         raise InputError(f"{short(text)}: {short(part)} {why}") from None
 
 
@@ -216,7 +216,7 @@ def _plain(key: str, unit: str, value: Any) -> Any:
 def _count(text: str, part: str) -> int:
     """Parse a number of values; ``text`` is for the error."""
     if not (part.isascii() and part.strip().isdecimal()) or len(part) > 9:
-        raise InputError(f"{short(text)}: {short(part)} is not a number of values; {FORMS}")
+        raise InputError(f"{short(text)}: {short(part)} is not a number of values; {_FORMS}")
     return int(part)
 
 
@@ -227,7 +227,7 @@ def _listed(text: str, list_text: str) -> list[Any]:
     except ValueError as error:
         raise InputError(f"{short(text)}: its values: {error}") from error
     if not isinstance(numbers, list):
-        raise InputError(f"{short(text)}: {FORMS}")
+        raise InputError(f"{short(text)}: {_FORMS}")
     return numbers
 
 

@@ -23,11 +23,11 @@ from ab_sim.scene.model import Scene
 
 MEASURES = {"balanced": "residual_unbalance"}
 """Number that measures the distance of a truth-valued metric from being true."""
-POLISH = 0.15
+_POLISH = 0.15
 """Fraction of all runs for the local search."""
-BESIDE = 0.02
+_BESIDE = 0.02
 """Initial size of the local simplex, as a fraction of a range."""
-PRECISION = 1e-4
+_PRECISION = 1e-4
 """Tolerance of the local search, as a fraction of a range."""
 Costs = Callable[[np.ndarray], np.ndarray]
 """Function from values, shape (candidates, keys), to costs, shape (candidates,)."""
@@ -262,7 +262,7 @@ def search(
     high = np.array([range_.high if range_.whole else 1.0 for range_ in ranges])
     # A power of two, as required for a balanced Sobol sequence and for full lanes.
     population = 2 ** max(4, math.ceil(math.log2(8 * len(ranges))))
-    generations = int(candidates * (1.0 - POLISH)) // population - 1
+    generations = int(candidates * (1.0 - _POLISH)) // population - 1
     first = _first(low, high, population, seed)
     if scene_values is not None:
         first[0] = [range_.share(value) for range_, value in zip(ranges, scene_values, strict=True)]
@@ -333,7 +333,7 @@ def _polish(best: _Best, free: Sequence[int], candidates: int) -> None:
     """
     begin = best.place.copy()
     corner = begin[free]
-    inwards = np.where(corner + BESIDE > 1.0, -BESIDE, BESIDE)
+    inwards = np.where(corner + _BESIDE > 1.0, -_BESIDE, _BESIDE)
     simplex = np.vstack([corner, corner + np.diag(inwards)])
 
     def cost(place: np.ndarray) -> float:
@@ -349,7 +349,7 @@ def _polish(best: _Best, free: Sequence[int], candidates: int) -> None:
         options={
             "initial_simplex": simplex,
             "maxfev": candidates,
-            "xatol": PRECISION,
+            "xatol": _PRECISION,
             "fatol": 0.0,
         },
     )

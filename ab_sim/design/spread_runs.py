@@ -33,7 +33,7 @@ from ab_sim.scene.model import Scene
 
 DEFAULT_CRITERION = (bound_of("balanced"),)
 """Default bounds that a run must satisfy to count as balanced."""
-RANKED_BY = "residual_unbalance"
+_RANKED_BY = "residual_unbalance"
 """Metric that ranks the runs if the criterion has no numerical bound."""
 QUANTILES = (0.05, 0.5, 0.95)
 """Probabilities of the reported quantiles."""
@@ -143,7 +143,7 @@ def _checked(
     metric_columns(question.metrics)
     drawn = DrawnPoints(scene, tolerances, question.runs, question.seed)
     bounded = _numbers(bound.metric for bound in question.criterion)
-    return drawn, bounded[0] if bounded else RANKED_BY
+    return drawn, bounded[0] if bounded else _RANKED_BY
 
 
 def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:

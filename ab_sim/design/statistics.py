@@ -197,9 +197,9 @@ def _correlation(both: int, one: int, other: int, neither: int) -> float:
     return corrected / math.sqrt(product)
 
 
-RESAMPLES = 999
+_RESAMPLES = 999
 """Number of bootstrap resamples."""
-AT_A_TIME = 4_000_000
+_AT_A_TIME = 4_000_000
 """Number of values in a batch of resamples: 32 MB."""
 
 
@@ -284,8 +284,8 @@ def _intervals(
     intervals = bootstrap(
         (np.arange(len(a)),),
         statistic,
-        n_resamples=RESAMPLES,
-        batch=max(1, AT_A_TIME // size),
+        n_resamples=_RESAMPLES,
+        batch=max(1, _AT_A_TIME // size),
         vectorized=True,
         method="percentile",
         confidence_level=LEVEL,

@@ -45,7 +45,7 @@ DEFAULT_METRICS = ("final_whirl_over_e", "in_band_from", "peak_whirl_over_e", "r
 """Default metrics of a sweep."""
 ABOUT = b"ab_sim.sweep"
 """Key of the sweep's description, JSON, in the metadata of a Parquet schema."""
-UNIT, AS_JSON = b"unit", b"as_json"
+UNIT, _AS_JSON = b"unit", b"as_json"
 """Metadata keys of a column: its unit; flag of values stored as JSON, such as lists."""
 
 
@@ -171,7 +171,7 @@ class Sweep(Presented):
         return self.shown_units.get(self.unit(name) or "")
 
     def _about(self, name: str, what: bytes) -> str | None:
-        """Return a column's metadata, ``UNIT`` or ``AS_JSON``; None if it has none."""
+        """Return a column's metadata, ``UNIT`` or ``_AS_JSON``; None if it has none."""
         entry: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)
         return None if entry is None else entry.decode()
 
@@ -209,7 +209,7 @@ class Sweep(Presented):
             raise InputError(f"run {run!r}: must be from 0 to {len(self.table) - 1}")
         row = self.table.slice(run, 1).to_pylist()[0]
         values = [
-            json.loads(row[key]) if self._about(key, AS_JSON) else row[key] for key in self.keys
+            json.loads(row[key]) if self._about(key, _AS_JSON) else row[key] for key in self.keys
         ]
         return varied_scene(Job(self.scene, self.keys, self.metrics), values)
 
@@ -383,7 +383,7 @@ def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table
         kinds = {type(value) for value in column}
         about: dict[bytes, bytes] = {}
         if not (kinds <= {int, float} or kinds in ({str}, {bool})):
-            column, about = tuple(json.dumps(value) for value in column), {AS_JSON: b"1"}
+            column, about = tuple(json.dumps(value) for value in column), {_AS_JSON: b"1"}
         array = pyarrow.array(column, pyarrow.float64() if kinds == {int, float} else None)
         table = table.add_column(place, pyarrow.field(key, array.type, metadata=about), array)
     return table

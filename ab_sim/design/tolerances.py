@@ -18,7 +18,7 @@ from ab_sim.base.yaml_files import read_yaml
 from ab_sim.scene.keys import SceneKey, scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
-LEAST_MASS = 1e-6
+_LEAST_MASS = 1e-6
 """Least probability between the limits; for less, rounding spoils the quantiles."""
 
 
@@ -149,7 +149,7 @@ FACTOR, OFFSET, VALUE, RANDOM = "factor", "offset", "value", "random"
 ``FACTOR``: relative deviation. ``OFFSET``: deviation in the key's unit. ``VALUE``: the value
 itself. ``RANDOM``: position on the circle.
 """
-FORMS = (
+_FORMS = (
     "must be KEY=5% (normal, about the scene's value), KEY=0.1 mm (normal, standard deviation "
     "in the key's unit), KEY=normal:MEAN,SD, KEY=lognormal:MEDIAN,40%, KEY=uniform:LOW,HIGH, "
     "KEY=uniform:5%, KEY=discrete:V,V,... or start.ball_angles=random; optionally "
@@ -195,27 +195,27 @@ class _Options(NamedTuple):
 
 
 def tolerance_of(text: str) -> Tolerance:
-    """Parse ``KEY=5%``, ``KEY=lognormal:0.1 mm,40%, per ball`` and similar; see ``FORMS``.
+    """Parse ``KEY=5%``, ``KEY=lognormal:0.1 mm,40%, per ball`` and similar; see ``_FORMS``.
 
     Raises:
         InputError: the text is invalid; the message states the fault and the allowed forms.
     """
     name, equals, spread_text = (part.strip() for part in text.partition("="))
     if not equals or not name or not spread_text:
-        raise InputError(f"spread {short(text)}: {FORMS}")
+        raise InputError(f"spread {short(text)}: {_FORMS}")
     reader = _Reader(text, scene_keys(name)[0], name)
     spread_text, options = _options(text, spread_text)
     reader.check_options(options)
     if spread_text == RANDOM:
         if name != ANGLES:
-            raise reader.error(f"random is for {ANGLES} only; {FORMS}")
+            raise reader.error(f"random is for {ANGLES} only; {_FORMS}")
         reader.check_no_limits(options)
         return Tolerance(name, RANDOM, Uniform(0.0, 1.0), (), True, options.group, text)
     what, distribution, values = reader.form(spread_text, options)
-    if distribution.mass_within() < LEAST_MASS:
+    if distribution.mass_within() < _LEAST_MASS:
         raise reader.error(
             f"between low and high lies {distribution.mass_within():.2g} of the distribution; "
-            f"must be at least {LEAST_MASS:g}"
+            f"must be at least {_LEAST_MASS:g}"
         )
     return Tolerance(name, what, distribution, values, options.per_ball, options.group, text)
 
@@ -279,10 +279,10 @@ class _Reader:
         if not colon:
             kind, rest = "normal", spread_text
         if kind not in self._readers:
-            raise self.error(FORMS)
+            raise self.error(_FORMS)
         parts = [part.strip() for part in rest.split(",")]
         if not 1 <= len(parts) <= 2 or not all(parts):
-            raise self.error(FORMS)
+            raise self.error(_FORMS)
         what, distribution = self._readers[kind](parts, options)
         return what, distribution, ()
 
@@ -389,7 +389,7 @@ class _Reader:
         try:
             number = number_in(text)
         except ValueError:
-            raise self.error(f"{short(text)} is not a number; {FORMS}") from None
+            raise self.error(f"{short(text)} is not a number; {_FORMS}") from None
         if not math.isfinite(number):
             raise self.error(f"{short(text)} must be a finite number")
         return number
@@ -401,13 +401,13 @@ class _Reader:
         except ValueError as error:
             raise self.error(f"its values: {error}") from error
         if not isinstance(values, list) or not values:
-            raise self.error(FORMS)
+            raise self.error(_FORMS)
         if self._unit in NO_UNIT:
             return tuple(values)
         return tuple(self._number(value) if isinstance(value, str) else value for value in values)
 
 
-LEAST = 1e-6
+_LEAST = 1e-6
 """Components of a deviation below this fraction of the standard deviation are left out."""
 MOST_BYTES = 50_000_000
 """Largest size of a file with a fit."""
@@ -494,5 +494,5 @@ def _of_key(key: Any, row: np.ndarray, keys: list[Any]) -> list[Tolerance]:
             f"{key} as fitted, with {first}",
         )
         for first, size in zip(keys, row, strict=True)
-        if abs(size) > LEAST * whole
+        if abs(size) > _LEAST * whole
     ]  # fmt: skip

@@ -36,7 +36,7 @@ from ab_sim.scene.model import Scene
 
 RUNS = 1000
 """Default number of runs of a search."""
-FEWEST, MOST = 16, 1_000_000
+_FEWEST, MOST = 16, 1_000_000
 """Least number of candidates, and largest number of runs."""
 DRAWS, SHARE = 32, 0.9
 """Defaults for random drives: number per candidate, and fraction that must satisfy the bounds."""
@@ -44,7 +44,7 @@ AS_IT_IS, NO_PERIOD = "as it is", "without its variable-speed period"
 """Names of the scenes with which the best candidate is compared."""
 NEAR = 0.05
 """Relative change of a key for the values next to the optimum."""
-AT_A_BOUND = 0.01
+_AT_A_BOUND = 0.01
 """Distance from an end or limit, relative to the range or limit, that counts as being at it."""
 
 
@@ -145,13 +145,13 @@ class Tuning(Presented):
         for range_ in self.task.ranges:
             value = self.values[range_.key]
             for end in (range_.low, range_.high):
-                if abs(value - end) <= AT_A_BOUND * (range_.high - range_.low):
+                if abs(value - end) <= _AT_A_BOUND * (range_.high - range_.low):
                     names.append(f"{range_.key}={end:g}")
         if self.task.draws > 1:
             return names
         for bound in self.task.bounds:
             value = float(self.runs[bound.metric][self.candidate])
-            if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
+            if bound.is_number and abs(value - bound.limit) <= _AT_A_BOUND * abs(bound.limit):
                 names.append(str(bound))
         return names
 
@@ -269,8 +269,8 @@ def _check(task: Task) -> None:
         raise InputError("nothing varies; name a key and its range, e.g. balls.mass=0.5g..3g")
     check_keys([range_.key for range_ in task.ranges])
     draws, runs = task.draws, task.candidates * task.draws
-    if not FEWEST <= task.candidates <= MOST // draws:
-        raise InputError(f"runs = {runs}: must be from {FEWEST * draws} to {MOST}")
+    if not _FEWEST <= task.candidates <= MOST // draws:
+        raise InputError(f"runs = {runs}: must be from {_FEWEST * draws} to {MOST}")
     if not 0.0 < task.share <= 1.0:
         raise InputError(f"share = {task.share:g}: must be above 0, at most 1")
     metric_columns(task.metrics)

@@ -33,15 +33,15 @@ from ab_sim.engine.stepping.side_by_side import LANES
 
 CHUNK_SECONDS = 1.5
 """Duration of a chunk [s], long compared with the cost of sending and storing it."""
-MOST_OF_A_CHUNK = 65_536
+_MOST_OF_A_CHUNK = 65_536
 """Largest number of runs in a chunk."""
-FEWEST = 4
+_FEWEST = 4
 """Least number of chunks, so that two processes have equal work if there is enough of it."""
 ENOUGH = 0.2
 """Least duration of a chunk from which the time of a run is derived [s]."""
 Executor = Workers | Cluster
 """Executor of calls: processes on this machine, or workers of a Dask cluster."""
-SUFFIX = ".parquet"
+_SUFFIX = ".parquet"
 """Ending of the files of parts."""
 
 
@@ -87,7 +87,7 @@ class Parts:
 
     def done(self, schema: pyarrow.Schema) -> pyarrow.Table:
         """Return all valid stored rows, one per run; damaged parts are left out."""
-        files = sorted(self._folder.glob(f"*{SUFFIX}")) if self._folder is not None else []
+        files = sorted(self._folder.glob(f"*{_SUFFIX}")) if self._folder is not None else []
         tables = [table_here for file in files if (table_here := _read(file, schema)) is not None]
         whole = pyarrow.concat_tables([schema.empty_table(), *tables])
         runs = whole[RUN].to_numpy()
@@ -101,7 +101,7 @@ class Parts:
         parquet.write_table(rows, sink, compression="zstd")
         content = sink.getvalue().to_pybytes()
         try:
-            write_whole(self._folder / (_digest(content) + SUFFIX), content)
+            write_whole(self._folder / (_digest(content) + _SUFFIX), content)
         except OSError as error:
             self._complain(error)
 
@@ -109,12 +109,12 @@ class Parts:
         """Replace many parts by one with all rows, so that a later start reads a single file."""
         if self._folder is None:
             return
-        before = set(self._folder.glob(f"*{SUFFIX}"))
+        before = set(self._folder.glob(f"*{_SUFFIX}"))
         if len(before) < 2:
             return
         self.keep(rows)
         # Remove the old parts only if the new one has been written: a disk may be full.
-        if set(self._folder.glob(f"*{SUFFIX}")) - before:
+        if set(self._folder.glob(f"*{_SUFFIX}")) - before:
             for file in before:
                 with contextlib.suppress(OSError):
                     file.unlink()
@@ -246,10 +246,10 @@ class StudyRuns:
             if taken and spent >= ENOUGH:
                 self._seconds = spent / len(chunk)
             taken += len(chunk)
-            size = min(4 * size, MOST_OF_A_CHUNK)
+            size = min(4 * size, _MOST_OF_A_CHUNK)
         if taken < len(missing) and self._seconds is not None:
             most = int(CHUNK_SECONDS / self._seconds)
-            size = min(most, math.ceil((len(missing) - taken) / FEWEST), MOST_OF_A_CHUNK)
+            size = min(most, math.ceil((len(missing) - taken) / _FEWEST), _MOST_OF_A_CHUNK)
             size = max(LANES, math.ceil(size / LANES) * LANES)
             chunks = _Chunks(points, missing[taken:], size)
             yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)

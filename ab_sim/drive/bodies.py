@@ -17,7 +17,7 @@ from ab_sim.model.equations.neighbours import reduced
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import DECK, SPINDLE, ball_frame
 
-OFF_RACE = 0.01
+_OFF_RACE = 0.01
 """Largest distance of a ball's new position from its race, in race radii."""
 Vector = Sequence[float]
 
@@ -173,10 +173,10 @@ def _move_ball(
         place = axes.T @ np.subtract(pose.position, deck.pose.position)
         angle += math.remainder(math.atan2(place[1], place[0]) - angle, 2.0 * math.pi)
         off = math.dist(place, _on_race(scene, ball, angle))
-        if off > OFF_RACE * radius:
+        if off > _OFF_RACE * radius:
             raise InputError(
                 f"{name}: position is {off:g} m off its race; must be within "
-                f"{OFF_RACE * radius:g} m"
+                f"{_OFF_RACE * radius:g} m"
             )
         further = angle - now.psi - float(now.theta[ball])
         within, turns = reduced(float(kept.state[layout.angles][ball]) + further)

@@ -54,7 +54,7 @@ class LowPass(NamedTuple):
     """Real part of each factor, followed by its imaginary part."""
 
 
-def low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
+def _low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
     """Filter step by step, so that the result does not depend on how calls are grouped.
 
     Args:
@@ -192,7 +192,7 @@ class Pickup:
         """Return the output of the low-pass, shape (steps, axes)."""
         force, passed = np.ascontiguousarray(force), np.empty(force.shape)
         parts = self._mode.view(np.float64).reshape(self.axes, 2)
-        compiled(low_pass)(self._filter, force, parts, self._force, passed)
+        compiled(_low_pass)(self._filter, force, parts, self._force, passed)
         return passed
 
     def _on_axes(self, force: np.ndarray) -> np.ndarray:

@@ -14,9 +14,9 @@ from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
 
 CONSTANTS = {"zero": 0.0, "one": 1.0, "none": math.nan}
 """Constant numbers of messages by name, in addition to the channels."""
-TURNING = ("turning x", "turning y", "turning z")
+_TURNING = ("turning x", "turning y", "turning z")
 """Names of the deck's angular acceleration on inertial axes; no channel's name has a blank."""
-AXES, NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+AXES, _NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 """Placeholders for a vector and for a quaternion (w, x, y, z) in templates of messages."""
 
 
@@ -44,7 +44,7 @@ class StateChannels(NamedTuple):
     @property
     def names(self) -> list[str]:
         """Return the names of all numbers: channels, constants, efforts, angular acceleration."""
-        return [*self.channels, *CONSTANTS, *map(effort, range(self.balls)), *TURNING]
+        return [*self.channels, *CONSTANTS, *map(effort, range(self.balls)), *_TURNING]
 
     @property
     def tilts(self) -> bool:
@@ -105,7 +105,7 @@ def _vibration(channels: StateChannels) -> Iterator[Template]:
         yield Template(sample, [*read, "zero", "zero", "zero"], name)
     if not sensors and channels.has("ax", "ay"):
         sample = VibrationSample(0, AXES, frame=channels.frame(HOUSING))
-        yield Template(sample, [*channels.or_zero("ax", "ay", "az"), *TURNING], VIBRATION)
+        yield Template(sample, [*channels.or_zero("ax", "ay", "az"), *_TURNING], VIBRATION)
 
 
 @state_topic(topics.WHIRL)
@@ -120,5 +120,5 @@ def pose(channels: StateChannels) -> Iterator[Template]:
     """Yield the template of the deck's pose, also for tf."""
     if channels.has("x", "y"):
         turn = ["qx", "qy", "qz", "qw"] if channels.tilts else ["zero", "zero", "zero", "one"]
-        sample = PoseSample(0, AXES, NO_TURN, channels.frame(HOUSING))
+        sample = PoseSample(0, AXES, _NO_TURN, channels.frame(HOUSING))
         yield Template(sample, [*channels.or_zero("x", "y", "z"), *turn])

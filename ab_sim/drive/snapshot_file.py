@@ -131,11 +131,11 @@ def _kernel(*modules: str) -> str:
     return hashlib.sha256(digests.encode()).hexdigest()[:16]
 
 
-MOST_TURNS = 2**53
+_MOST_TURNS = 2**53
 """Largest number of whole turns of an angle that a double represents exactly."""
-MOST_MODE = 2
+_MOST_MODE = 2
 """Largest magnitude of any other number of the discrete state."""
-MOST_SLOPE = 1e12
+_MOST_SLOPE = 1e12
 """Largest slope of a segment [rad/s^2]; commands within one step may exceed the scene's limit."""
 ROUNDING = 1e-6
 """Relative margin for rounding of computed speeds and angles."""
@@ -163,7 +163,9 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
     for at, row in enumerate(np.atleast_2d(snapshot.discrete_state).tolist()):
         for column, mode in enumerate(row):
             _within(
-                f"discrete_state.{at}.{column}", mode, MOST_TURNS if column == TURNS else MOST_MODE
+                f"discrete_state.{at}.{column}",
+                mode,
+                _MOST_TURNS if column == TURNS else _MOST_MODE,
             )
     if snapshot.command is not None:
         _within("command", snapshot.command, top)
@@ -185,7 +187,7 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
             _within(f"{name}.change", law.change, 2.0 * top)
             _within(f"{name}.duration", law.duration, MOST_TIME, least=0)
         else:
-            _within(f"{name}.slope", law.slope, MOST_SLOPE)
+            _within(f"{name}.slope", law.slope, _MOST_SLOPE)
             if law.slope != 0.0:
                 change = law.slope * (scheduled.end - scheduled.start)
                 _within(f"{name}: speed at its end", law.start_speed + change, top)
@@ -199,7 +201,7 @@ def _within(name: str, value: float, most: float, least: float | None = None) ->
         raise ValueError(f"{name} = {short(float(value))}: must be {low:g} to {most:g}")
 
 
-FORMAT, VERSION = "ab_sim snapshot", 1
+_FORMAT, _VERSION = "ab_sim snapshot", 1
 DRIVE = "ab_sim.drive.drive"
 """Module that continues from a snapshot."""
 SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
@@ -222,8 +224,8 @@ def write_snapshot(
     """
     run = json.dumps({"drive": _as_values(snapshot), "extra": dict(extra)})
     content = {
-        "format": FORMAT,
-        "version": VERSION,
+        "format": _FORMAT,
+        "version": _VERSION,
         **origin(DRIVE, *modules),
         "scene": scene.as_mapping(),
         "digest": _digest(run),
@@ -243,11 +245,11 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
     Raises:
         InputError: the file is missing, damaged, or from another scene or another version.
     """
-    content = read_content(path, FORMAT, "no snapshot of ab_sim")
-    if (version := content.get("version")) != VERSION:
+    content = read_content(path, _FORMAT, "no snapshot of ab_sim")
+    if (version := content.get("version")) != _VERSION:
         raise InputError(
             f"snapshot {path}: has format version {short(version)}, and this ab_sim reads version "
-            f"{VERSION}; save it again"
+            f"{_VERSION}; save it again"
         )
     check_origin(path, content, DRIVE, *modules)
     if different := _different(content.get("scene"), json.loads(json.dumps(scene.as_mapping()))):

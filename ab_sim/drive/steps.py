@@ -121,7 +121,7 @@ def _line(step_range: StepRange, next_: StepRange) -> list[float]:
     return [*times, *active_segment(scheduled).numbers]
 
 
-MOST_NAMED = 3
+_MOST_NAMED = 3
 """Number of variables that the message names; it counts the others."""
 
 
@@ -142,8 +142,8 @@ def diverged(beyond: Sequence[str], stepper: Stepper, step: float, time: float) 
             f"a ball turns more than 3 rad along the race within {within}, which {stepper.name} "
             "cannot follow: the whirl is large for the race, or the step is too long"
         )
-    if len(wrong) > MOST_NAMED:
-        wrong = [*wrong[:MOST_NAMED], f"{len(wrong) - MOST_NAMED} more"]
+    if len(wrong) > _MOST_NAMED:
+        wrong = [*wrong[:_MOST_NAMED], f"{len(wrong) - _MOST_NAMED} more"]
     return DivergedError(
         f"{', '.join(wrong)} went beyond all bounds at t = {time:.9g} s; likely cause: "
         f"{cause}; try solver.step = {step / 4:.2g} s"
@@ -231,12 +231,12 @@ class Steps:
         arguments = self._balls, self.work, self._system, code, step, self._step, self.state
         run = run_with(*arguments)
         if isinstance(weights, Alpha):
-            implicit = implicit_of(weights, code, len(self.state))
+            implicit = _implicit_of(weights, code, len(self.state))
             run = run._replace(is_implicit=True, implicit=implicit)
         return run
 
 
-def implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
+def _implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
     """Return the workspace of an implicit step.
 
     Args:

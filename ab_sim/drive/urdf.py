@@ -46,9 +46,9 @@ _THIN = 0.02
 """Thickness of plate and disc, in race radii."""
 
 
-UNLIMITED = 1e6
+_UNLIMITED = 1e6
 """Effort limit of a spindle without a motor model [N m], the largest that a motor may have."""
-ROS2_CONTROL = {
+_ROS2_CONTROL = {
     "joint_commands_topic": "spindle/joint_command",
     "joint_states_topic": "joint_states",
     "trigger_joint_command_threshold": "1e-6",
@@ -118,13 +118,13 @@ def _ros2_control(robot: Xml.Element, scene: Scene) -> None:
     assert spindle is not None
     speed, motor = scene.spindle.max_speed, scene.effects.get("motor")
     limits = {"velocity": _text([speed])}
-    limits["effort"] = _text([UNLIMITED if motor is None else motor.torque_limit])
+    limits["effort"] = _text([_UNLIMITED if motor is None else motor.torque_limit])
     Xml.SubElement(spindle, "limit", limits)
     block = Xml.SubElement(robot, "ros2_control", name="drive", type="system")
     hardware = Xml.SubElement(block, "hardware")
     plugin = Xml.SubElement(hardware, "plugin")
     plugin.text = "joint_state_topic_hardware_interface/JointStateTopicSystem"
-    for name, text in ROS2_CONTROL.items():
+    for name, text in _ROS2_CONTROL.items():
         Xml.SubElement(hardware, "param", name=name).text = text
     joint = Xml.SubElement(block, "joint", name=SPINDLE)
     command = Xml.SubElement(joint, "command_interface", name="velocity")

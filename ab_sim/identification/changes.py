@@ -10,14 +10,14 @@ from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, whiteness_over
 from ab_sim.identification.stages import SearchSettings, StagedFit, minimise
 
-BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
+_BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
 """Fractions of a recording that are fitted in turn, until a fit succeeds."""
-WINDOWS, LOUD = 100, 3.0
+_WINDOWS, _LOUD = 100, 3.0
 """Number of windows per recording, and r.m.s. of residuals in a window that shows a change.
 
 The r.m.s. is in units of the noise.
 """
-LONGER_STEPS = 15
+_LONGER_STEPS = 15
 """Largest number of iterations of a fit of a longer beginning."""
 
 
@@ -56,7 +56,7 @@ def changes_in(
     for measured in sorted(others, key=lambda recording: recording.with_balls):
         # A recording without balls may have been spoiled in the joint fit with another one.
         whole = () if measured.with_balls else (1.0,)
-        for part in (*whole, *BEGINNINGS):
+        for part in (*whole, *_BEGINNINGS):
             search.tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
             fit = _part(problem, good, measured, part * measured.duration)
             values = StagedFit(fit, common, search).run().values
@@ -92,10 +92,10 @@ def _reach(
     while True:
         residuals = whole.whitened_residuals(len(good), values)
         time = _first_deviation(residuals, measured.time, beginning.noise[-1])
-        if time is None or time <= until * (1.0 + 1.0 / WINDOWS):
+        if time is None or time <= until * (1.0 + 1.0 / _WINDOWS):
             return time
         beginning = _part(problem, good, measured, time)
-        longer = minimise(beginning, values, free, LONGER_STEPS).values
+        longer = minimise(beginning, values, free, _LONGER_STEPS).values
         problem.runs += beginning.runs
         if not whiteness_over(beginning, longer)[-1].white:
             return time
@@ -103,13 +103,13 @@ def _reach(
 
 
 def _first_deviation(residuals: np.ndarray, time: np.ndarray, noise: float) -> float | None:
-    """Return the start [s] of the first window with an r.m.s. above ``LOUD`` times the noise.
+    """Return the start [s] of the first window with an r.m.s. above ``_LOUD`` times the noise.
 
     Return None if there is none. Residuals have shape (samples, axes).
     """
-    for rows in np.array_split(np.arange(len(time)), WINDOWS):
+    for rows in np.array_split(np.arange(len(time)), _WINDOWS):
         some = residuals[rows]
         there = some[np.isfinite(some)]
-        if len(there) and float(np.sqrt(np.mean(there**2))) > LOUD * noise:
+        if len(there) and float(np.sqrt(np.mean(there**2))) > _LOUD * noise:
             return float(time[rows[0]])
     return None

@@ -8,30 +8,30 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ab_sim.base.errors import InputError, exact
 
-FEWEST = 50
+_FEWEST = 50
 """Least number of samples of a recording."""
 REPEATED = 0.05
 """Fraction of repeated times above which rounding is the likely reason."""
-FEWEST_TURNS = 2.0
+_FEWEST_TURNS = 2.0
 """Least number of spindle revolutions of a recording."""
-PER_TURN = 4.0
+_PER_TURN = 4.0
 """Least number of samples per spindle revolution at top speed."""
 GAP = 20
 """Largest distance of adjacent samples, in median sampling intervals; a larger one is a gap."""
-MOST_LEFT_OUT = 0.05
+_MOST_LEFT_OUT = 0.05
 """Largest fraction of a signal's samples that may be NaN."""
 FLAT = 3
 """Number of successive equal samples at an extreme value from which on a signal may be clipped."""
-CLIPPED = 3
+_CLIPPED = 3
 """Number of places with ``FLAT`` such samples from which on a signal may be clipped."""
-AT_PEAK = 4.0
+_AT_PEAK = 4.0
 """Ratio of the number of samples at an extreme value to that at the next value.
 
 A larger ratio means clipping.
 """
-STAYS = 2.0
+_STAYS = 2.0
 """Number of spindle revolutions for which a reading may be constant away from its mean."""
-OFF_MEAN = 0.1
+_OFF_MEAN = 0.1
 """Largest distance from the mean, relative to the r.m.s., of a constant reading that is accepted.
 
 The reading of a deck at rest is constant near the mean.
@@ -45,7 +45,7 @@ BACKWARD = 4.0
 """Ratio of backward to forward whirl above which axes are taken as swapped."""
 CIRCULATING = 0.2
 """Lowest speed of circulating balls relative to the spindle speed."""
-TURNS_OFF = 0.08
+_TURNS_OFF = 0.08
 """Largest accepted relative difference of the strongest frequency from the spindle speed."""
 
 
@@ -60,9 +60,9 @@ def check_time(time: np.ndarray, name: str) -> None:
         InputError: there are too few times, they do not rise, or they have a gap. The message
             states the fault, its place and the remedy.
     """
-    if len(time) < FEWEST:
+    if len(time) < _FEWEST:
         raise InputError(
-            f"{name}: has {len(time)} samples; must be at least {FEWEST}; record for longer"
+            f"{name}: has {len(time)} samples; must be at least {_FEWEST}; record for longer"
         )
     if not np.isfinite(time).all():
         row = int(np.flatnonzero(~np.isfinite(time))[0])
@@ -142,17 +142,17 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
     check_finite(time, speed, what, name)
     top = float(np.max(np.abs(speed)))
     turns = float(np.sum(np.abs(speed[:-1]) * np.diff(time))) / (2.0 * math.pi)
-    if turns < FEWEST_TURNS:
+    if turns < _FEWEST_TURNS:
         raise InputError(
             f"{name}: {what}: the spindle makes {turns:.2g} turns; must be at least "
-            f"{FEWEST_TURNS:g}: record for longer, or check the unit"
+            f"{_FEWEST_TURNS:g}: record for longer, or check the unit"
         )
     between = float(np.median(np.diff(time)))
-    if 2.0 * math.pi / (top * between) < PER_TURN:
+    if 2.0 * math.pi / (top * between) < _PER_TURN:
         raise InputError(
             f"{name}: {what}: at {top:.4g} rad/s there are "
             f"{2.0 * math.pi / (top * between):.2g} samples in a turn; must be at least "
-            f"{PER_TURN:g}: sample faster, or check the units of time and speed"
+            f"{_PER_TURN:g}: sample faster, or check the units of time and speed"
         )
 
 
@@ -186,7 +186,7 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
             f"and differ by up to {np.max(np.abs(off)):.3g} rad/s afterwards; does the speed "
             "sensor drift, saturate or freeze? leave out the wrong one (--map)"
         )
-    if abs(ratio - 1.0) > TURNS_OFF:
+    if abs(ratio - 1.0) > _TURNS_OFF:
         raise InputError(
             f"{name}: the spindle's angle grows {ratio:.4g} times as much as its speed says; "
             "check the sampling rate, and the units of time, speed and angle"
@@ -213,14 +213,14 @@ def check_signal(
     """
     there = np.isfinite(signal)
     missing = len(signal) - int(there.sum())
-    if missing > MOST_LEFT_OUT * len(signal):
+    if missing > _MOST_LEFT_OUT * len(signal):
         starts, ends = _stretches(~there)
         longest = int(np.argmax(ends - starts))
         raise InputError(
             f"{name}: {what}: {missing} of {len(signal)} samples are not finite numbers, the first "
             f"at {time[starts[0]]:.4g} s, the longest gap, {ends[longest] - starts[longest]} "
             f"samples, from {time[starts[longest]]:.4g} s on; at most "
-            f"{100 * MOST_LEFT_OUT:g} % may be missing; is the sensor connected?"
+            f"{100 * _MOST_LEFT_OUT:g} % may be missing; is the sensor connected?"
         )
     time, angle, values = time[there], angle[there], signal[there]
     low, high = float(values.min()), float(values.max())
@@ -245,17 +245,17 @@ def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -
     starts, ends = starts[long], ends[long]
     levels, counts = np.unique(values[starts], return_counts=True)
     coarse = 0.0
-    for level in levels[counts >= CLIPPED].tolist():
+    for level in levels[counts >= _CLIPPED].tolist():
         places = np.flatnonzero(values[starts] == level)
         meanwhile = values[starts[places[0]] : ends[places[-1]] + 1]
         # The readings of a quiet deck stay near the mean.
-        if abs(level - middle) <= OFF_MEAN * size:
+        if abs(level - middle) <= _OFF_MEAN * size:
             continue
         if level not in (meanwhile.min(), meanwhile.max()):
             continue
         others = meanwhile[meanwhile != level]
         next_level = others[np.argmin(np.abs(others - level))]
-        if np.sum(meanwhile == level) > AT_PEAK * np.sum(meanwhile == next_level):
+        if np.sum(meanwhile == level) > _AT_PEAK * np.sum(meanwhile == next_level):
             raise InputError(
                 f"{name}: {what}: is clipped: it stays at {exact(level)} for {FLAT} samples or "
                 f"more at {len(places)} places, the first at "
@@ -279,7 +279,7 @@ def _check_stays(
     for first, last in zip(starts - 1, ends - 1, strict=True):
         turns = abs(float(angle[last] - angle[first])) / (2.0 * math.pi)
         off = abs(float(values[first] - values.mean()))
-        if turns > STAYS and off > OFF_MEAN * float(values.std()):
+        if turns > _STAYS and off > _OFF_MEAN * float(values.std()):
             raise InputError(
                 f"{name}: {what}: repeats {exact(float(values[first]))} from "
                 f"{time[first]:.4g} to {time[last]:.4g} s, for {turns:.3g} "
@@ -333,7 +333,7 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
                 "is one reversed (direction in the mapping), or is the sign of the speed wrong?"
             )
     strength, factor = _best_factor(centred, angle, window)
-    if strength < 0.3 or abs(factor - 1.0) < TURNS_OFF:
+    if strength < 0.3 or abs(factor - 1.0) < _TURNS_OFF:
         return Sense()
     message = (
         f"the vibration follows {factor:.3g} times the spindle's speed, where an unbalance follows "
@@ -380,18 +380,18 @@ def _share(turned: np.ndarray) -> float:
     return kept / whole if whole > 0.0 else 0.0
 
 
-SPIKE, TALL, AROUND = 8.0, 3.0, 12
+_SPIKE, _TALL, AROUND = 8.0, 3.0, 12
 """Thresholds of a spike.
 
-``SPIKE`` is relative to nearby deviations from a median of five samples, ``TALL`` to the signal's
+``_SPIKE`` is relative to nearby deviations from a median of five samples, ``_TALL`` to the signal's
 r.m.s. ``AROUND`` is the number of nearby samples on either side.
 """
-LONG, HELD, REGULAR, OFF_WHOLE = 0.05, 1.7, 0.9, 0.05
+_LONG, HELD, _REGULAR, _OFF_WHOLE = 0.05, 1.7, 0.9, 0.05
 """Thresholds of held series.
 
-``LONG``: fraction of a series without change that counts as constant. ``HELD``: mean number of
-equal samples in a held series. ``REGULAR``: fraction of equal intervals between changes.
-``OFF_WHOLE``: distance from a whole number of steps of a resolution.
+``_LONG``: fraction of a series without change that counts as constant. ``HELD``: mean number of
+equal samples in a held series. ``_REGULAR``: fraction of equal intervals between changes.
+``_OFF_WHOLE``: distance from a whole number of steps of a resolution.
 """
 
 
@@ -403,15 +403,15 @@ def spikes_in(values: np.ndarray) -> np.ndarray:
     """
     rows = np.flatnonzero(np.isfinite(values))
     some = values[rows]
-    if len(some) < FEWEST:
+    if len(some) < _FEWEST:
         return rows[:0]
     middle = np.median(sliding_window_view(np.pad(some, 2, mode="edge"), 5), axis=1)
     off = np.abs(some - middle)
     around = sliding_window_view(np.pad(off, AROUND, mode="reflect"), 2 * AROUND + 1)
     # The third largest deviation nearby is not part of a spike of up to two samples.
     usual = np.partition(around, -3, axis=1)[:, -3]
-    tall = off > max(TALL * float(middle.std()), 1e-300)
-    spikes: np.ndarray = rows[tall & (off > SPIKE * usual)]
+    tall = off > max(_TALL * float(middle.std()), 1e-300)
+    spikes: np.ndarray = rows[tall & (off > _SPIKE * usual)]
     return spikes
 
 
@@ -432,13 +432,13 @@ def _repeats(values: np.ndarray) -> _Repeats | None:
     changes = np.flatnonzero(jumps)
     lengths = np.diff(changes)
     # At constant speed a series may be constant for long; leave such stretches out.
-    lengths = lengths[lengths < LONG * len(values)]
-    if len(lengths) < FEWEST or lengths.sum() < HELD * len(lengths):
+    lengths = lengths[lengths < _LONG * len(values)]
+    if len(lengths) < _FEWEST or lengths.sum() < HELD * len(lengths):
         return None
     usual = float(np.median(lengths))
     step = float(np.min(np.diff(np.unique(values))))
     steps = jumps[changes] / step
-    whole = np.mean(np.abs(steps - np.rint(steps)) < OFF_WHOLE) > REGULAR
+    whole = np.mean(np.abs(steps - np.rint(steps)) < _OFF_WHOLE) > _REGULAR
     return _Repeats(lengths, usual, bool(whole and float(np.median(steps)) < HELD))
 
 
@@ -465,7 +465,7 @@ def check_held(values: np.ndarray, what: str, name: str) -> None:
     repeats = _repeats(values)
     if repeats is None:
         return
-    if repeats.coarse and np.mean(repeats.lengths == repeats.usual) < REGULAR:
+    if repeats.coarse and np.mean(repeats.lengths == repeats.usual) < _REGULAR:
         return
     raise InputError(
         f"{name}: {what}: {HOLDS.format(repeats.usual)}interpolate it between its changes, or "
@@ -488,7 +488,7 @@ def check_held_signal(values: np.ndarray, what: str, name: str) -> None:
     if repeats is None or repeats.coarse or repeats.usual < 2.0:
         return
     # A signal at rest and a clipped one also repeat values, but not as regularly.
-    if np.mean(np.abs(repeats.lengths - repeats.usual) <= 1.0) > REGULAR:
+    if np.mean(np.abs(repeats.lengths - repeats.usual) <= 1.0) > _REGULAR:
         raise InputError(
             f"{name}: {what}: {HOLDS.format(repeats.usual)}keep the rows at which it changes; for "
             "a ROS bag, give the bag and not its import"

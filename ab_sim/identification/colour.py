@@ -13,9 +13,9 @@ from ab_sim.drive.pickup import Pickup
 from ab_sim.identification.measured import Measured
 from ab_sim.scene.sensors import Sampled
 
-LONG = 4096
+_LONG = 4096
 """Length of the low-pass' impulse response and of spectra, in samples."""
-MOST_TAPS = 512
+_MOST_TAPS = 512
 """Largest number of taps of a whitening filter."""
 LEFT_OUT = 1e-5
 """Root mean square of the taps cut off at the filter's end, relative to all taps."""
@@ -57,7 +57,7 @@ def whitening_of(measured: Measured) -> np.ndarray | None:
     taps = np.fft.irfft(np.exp(np.fft.rfft(folded)))[:half]
     tails = np.sqrt(np.cumsum(taps[::-1] ** 2)[::-1])
     count = int(np.argmax(tails < LEFT_OUT * tails[0])) or half
-    filter_taps: np.ndarray = taps[: min(count, MOST_TAPS)]
+    filter_taps: np.ndarray = taps[: min(count, _MOST_TAPS)]
     return filter_taps if len(filter_taps) > 1 else None
 
 
@@ -80,14 +80,14 @@ def _covariance(sensor: Sampled, step: float, every: int) -> np.ndarray:
 
     Lag 0 is first, then the positive lags, then the negative ones. A lag is ``every`` steps long.
     """
-    response = np.zeros((LONG, 2))
+    response = np.zeros((_LONG, 2))
     response[0] = 1.0
     passed = low_pass_alone(sensor, step).process(1, response)[:, 0]
     # Variance of white noise: its one-sided density times the Nyquist frequency.
     # Variance of white noise: its one-sided density times the Nyquist frequency.
     size = sensor.noise_density**2 * 0.5 / step
-    whole = size * fftconvolve(passed, passed[::-1])[LONG - 1 :: every]
-    count = LONG // 2
+    whole = size * fftconvolve(passed, passed[::-1])[_LONG - 1 :: every]
+    count = _LONG // 2
     kept = np.zeros(count)
     kept[: min(count, len(whole))] = whole[:count]
     # Rounding to a resolution r, after the low-pass, adds white noise of variance r^2 / 12.

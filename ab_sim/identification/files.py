@@ -52,9 +52,9 @@ from ab_sim.scene.sensors import Accelerometer, ProximityProbe, Sampled, steps_p
 
 SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
 """Sensor class by section of a scene: accelerations and displacements."""
-STANDS = 1e-3
+_STANDS = 1e-3
 """Speed below which a spindle stands still, relative to the top speed."""
-RUN_BEGINS = 1
+_RUN_BEGINS = 1
 """Largest number of the first step in a recording of ab_sim that includes the start of its run."""
 
 
@@ -80,7 +80,7 @@ def measured_of(
     """
     table = read_table(path, None if signal is None else pair_of(signal)[0])
     if mapping is None:
-        sensors, probes = sensors_of(table)
+        sensors, probes = _sensors_of(table)
         usual = usual_mapping(list(table.columns), sensors, probes, signal)
         if isinstance(usual, str):
             if table.description:
@@ -92,7 +92,7 @@ def measured_of(
     return _Reader(table, scene, mapping).measured(with_balls)
 
 
-def sensors_of(table: Table) -> tuple[list[str], list[str]]:
+def _sensors_of(table: Table) -> tuple[list[str], list[str]]:
     """Return the names of the accelerometers and of the probes of a recorded scene or bag."""
     recorded = table.description.get("scene")
     if recorded:
@@ -178,7 +178,7 @@ class _Reader:
             kept &= np.rint(time / step).astype(np.int64) % every == 0
         rests = mapping.at_rest
         if rests is None:
-            rests = abs(schedule.speed(0.0)) < STANDS * schedule.top_speed
+            rests = abs(schedule.speed(0.0)) < _STANDS * schedule.top_speed
         if len(axes) == 1 and not rests:
             remarks.append(
                 "does not begin at rest, and has one signal: the deck's start across it is not "
@@ -329,7 +329,7 @@ class _Reader:
         if not isinstance(step, float) or "step" not in self._table.columns:
             return False, None
         first = float(self._table.columns["step"][0])
-        return first <= RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step
+        return first <= _RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step
 
     def _axes(self) -> tuple[float, ...]:
         """Return the direction of each signal's axis from the deck's x [rad]."""
@@ -372,7 +372,7 @@ class _Reader:
                 return model.model_validate(recorded[section][sensor])
         if sensor in self._scene.pickups:
             return self._scene.pickups[sensor]
-        if sensor in itertools.chain(*sensors_of(self._table)):
+        if sensor in itertools.chain(*_sensors_of(self._table)):
             return None  # a test rig's sensor, whose low-pass is unknown
         raise InputError(
             f"{self._name}: sensor = {sensor!r}: no such sensor; the scene has "
@@ -381,7 +381,7 @@ class _Reader:
         )
 
 
-def check_names(recordings: Sequence[Measured]) -> None:
+def _check_names(recordings: Sequence[Measured]) -> None:
     """Refuse recordings with equal names.
 
     Raises:
@@ -393,7 +393,7 @@ def check_names(recordings: Sequence[Measured]) -> None:
             raise InputError(f"{name}: two recordings have this name; rename one of the files")
 
 
-MOST_MASS = 1e3
+_MOST_MASS = 1e3
 """Upper limit of a trial mass [kg]."""
 
 
@@ -444,12 +444,12 @@ def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measure
         measured = measured_of(path, scene, mapping, files.signal, balls)
         free = tuple(dict.fromkeys((*measured.free, *files.free)))
         mass = files.trial_masses.get(measured.name, measured.trial_mass)
-        if not 0.0 <= mass < MOST_MASS:
+        if not 0.0 <= mass < _MOST_MASS:
             raise InputError(
-                f"{measured.name}: trial mass = {mass} kg: must be at least 0, below {MOST_MASS:g}"
+                f"{measured.name}: trial mass = {mass} kg: must be at least 0, below {_MOST_MASS:g}"
             )
         recordings.append(replace(measured, free=free, trial_mass=mass))
-    check_names(recordings)
+    _check_names(recordings)
     names = [recording.name for recording in recordings]
     for name in files.trial_masses:
         if name not in names:

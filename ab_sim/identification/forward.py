@@ -23,7 +23,7 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 MOTOR = "motor"
-ON_GRID = 1e-6
+_ON_GRID = 1e-6
 """Tolerance for a sample's time to coincide with a step, as a fraction of the step."""
 STEP_SHARE = 1e-6
 """Step of a finite difference, relative to the parameter's scale."""
@@ -67,7 +67,7 @@ class RecordedDrive:
         self._lanes = LaneGroup(self._first, 1) if self._first.fits_lane else None
         self.steps = self._first.steps
         at = measured.time / self.step
-        aligned = bool(np.all(np.abs(at - np.rint(at)) < ON_GRID))
+        aligned = bool(np.all(np.abs(at - np.rint(at)) < _ON_GRID))
         self._grid = np.rint(at).astype(np.int64) - 1 if aligned else None
         self._cosine = np.cos(measured.axes)
         self._sine = np.sin(measured.axes)
@@ -217,7 +217,7 @@ def _step(scene: Scene, measured: Measured) -> float:
     if measured.step is not None:
         return measured.step
     between = float(np.median(np.diff(measured.time)))
-    parts = max(1, math.ceil(between / scene.solver.step - ON_GRID))
+    parts = max(1, math.ceil(between / scene.solver.step - _ON_GRID))
     step = round(between / parts, 9)
     return step if step > 0 and abs(step * parts / between - 1.0) < 1e-9 else scene.solver.step
 

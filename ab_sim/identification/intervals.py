@@ -21,16 +21,16 @@ CURVATURE, PROFILE, HELD, OPEN = "curvature", "profile", "held", "open"
 ``CURVATURE`` and ``PROFILE``: computed. ``HELD``: the value was fixed. ``OPEN``: the recordings do
 not determine it.
 """
-AT_BOUND = 1e-4
+_AT_BOUND = 1e-4
 """Largest distance from a bound at which a parameter counts as at the bound.
 
 Relative to the parameter's range, or to its standard deviation if that is smaller.
 """
-SKEW = 0.2
+_SKEW = 0.2
 """Largest relative deviation of the rise at an interval's end from a parabola."""
-PROFILE_STEPS = 6
+_PROFILE_STEPS = 6
 """Number of iterations of the other parameters at each point of a profile."""
-PROFILE_POINTS = 8
+_PROFILE_POINTS = 8
 """Largest number of profile points on each side."""
 HIGH = 10.0
 """Ratio of the rise at a profile point to that at the interval's end that calls for bisection.
@@ -55,7 +55,7 @@ class Estimate(NamedTuple):
     how: str
     """Origin of the interval: ``CURVATURE``, ``PROFILE``, ``HELD`` or ``OPEN``."""
     at_bound: bool
-    """True if the value is at one of its bounds, see ``AT_BOUND``."""
+    """True if the value is at one of its bounds, see ``_AT_BOUND``."""
     start: float
     """Value in the scene."""
     per_recording: bool
@@ -143,12 +143,12 @@ def intervals_of(
         k = free.index(j)
         deviation = float(deviations[k])
         width = parameter.high - parameter.low
-        near = AT_BOUND * min(width, deviation) if np.isfinite(width) else 0.0
+        near = _AT_BOUND * min(width, deviation) if np.isfinite(width) else 0.0
         at_bound = min(value - parameter.low, parameter.high - value) <= near
         low, high, how = value - reach * deviation, value + reach * deviation, CURVATURE
         # A skewed sum of squares or a bound invalidates the symmetric interval: profile the
         # parameter instead.
-        if profiles and (at_bound or skews[j] > SKEW):
+        if profiles and (at_bound or skews[j] > _SKEW):
             tell(f"profile of {parameter.name}", k, len(free))
             step = 2.0 * min(deviation, UNKNOWN * parameter.scale)
             ends = [
@@ -241,11 +241,11 @@ def _end(
         alone = begin.copy()
         alone[j] = place
         along = _moved(problem, begin, free, followed, j, place - float(begin[j]))
-        fit = minimise(problem, min(along, alone, key=problem.cost), others, PROFILE_STEPS)
+        fit = minimise(problem, min(along, alone, key=problem.cost), others, _PROFILE_STEPS)
         return max(2.0 * (fit.cost - best), 0.0), fit.values
 
     def end_between(near: float, less: float, far: float, more: float) -> float:
-        for _ in range(PROFILE_POINTS):
+        for _ in range(_PROFILE_POINTS):
             # Far above the rise, the profile is no parabola: halve the bracket.
             middle = _root(near, less, far, more, rise)
             if more > HIGH * rise:
@@ -261,7 +261,7 @@ def _end(
         return _root(near, less, far, more, rise)
 
     # Double the step until the rise is bracketed.
-    for _ in range(PROFILE_POINTS):
+    for _ in range(_PROFILE_POINTS):
         place = at + way * step
         if (bound - place) * way <= 0.0:
             place = bound

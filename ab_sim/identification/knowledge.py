@@ -10,7 +10,7 @@ from ab_sim.identification.information import ROUNDING, beyond
 from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem
 
-LOOKS = 2
+_LOOKS = 2
 """Number of draws of start angles at which identifiability is evaluated."""
 UNKNOWN = 0.5
 """Standard deviation of an unknown direction, relative to the parameters' scales."""
@@ -19,10 +19,10 @@ PART = 0.15
 ALIKE = 0.1
 """Tolerance for equal exponents of a direction."""
 MASSES = ("rotor.total_mass", "rotor.mass", "rotor.eccentric_mass")
-WEIGH = "weigh the deck and leave the mass out of --fit, or make a recording with a trial mass"
-CALIBRATE = "calibrate the sensor and leave the gain out, or record with balls of known mass"
-MOVE = "make a recording in which the balls move"
-BALLS_ONLY = ("effects.viscous_drag.", "effects.rolling_friction.", "effects.race_friction.")
+_WEIGH = "weigh the deck and leave the mass out of --fit, or make a recording with a trial mass"
+_CALIBRATE = "calibrate the sensor and leave the gain out, or record with balls of known mass"
+_MOVE = "make a recording in which the balls move"
+_BALLS_ONLY = ("effects.viscous_drag.", "effects.rolling_friction.", "effects.race_friction.")
 
 
 class OpenDirection(NamedTuple):
@@ -124,8 +124,8 @@ def knowledge_before(problem: Problem, seed: int, tell: Progress = lambda *_: No
         tell: called with the current task, the number of finished tasks and the total.
     """
     numbers, results = np.random.default_rng([seed, 0]), []
-    for look in range(LOOKS):
-        tell("identifiability", look, LOOKS)
+    for look in range(_LOOKS):
+        tell("identifiability", look, _LOOKS)
         values = problem.start
         for j, parameter in enumerate(problem.parameters):
             if parameter.is_own_angle:
@@ -190,9 +190,9 @@ def _advice(parts: Sequence[tuple[str, float]]) -> str:
     """Return the remedy for an open direction, by the kind of its parameters."""
     names = [name for name, _ in parts]
     if any(name in MASSES for name in names):
-        return WEIGH
+        return _WEIGH
     if any(name.startswith(f"{GAIN} of") for name in names):
-        return CALIBRATE
-    if any(name.startswith(BALLS_ONLY) for name in names):
-        return MOVE
+        return _CALIBRATE
+    if any(name.startswith(_BALLS_ONLY) for name in names):
+        return _MOVE
     return "give one of them a value that is known, and leave it out of --fit"

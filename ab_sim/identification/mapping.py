@@ -14,7 +14,7 @@ from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, UNITS
 from ab_sim.scene.quantities import Section
 from ab_sim.scene.units import has_unit, in_si
 
-SPELLINGS = {
+_SPELLINGS = {
     **dict.fromkeys((("1/min", "rad/s"), ("min^-1", "rad/s"), ("u/min", "rad/s")), "rpm"),
     **dict.fromkeys((("1/min.", "rad/s"), ("min-1", "rad/s"), ("upm", "rad/s")), "rpm"),
     **dict.fromkeys((("rpm", "rad/s"), ("r/min", "rad/s"), ("rev/min", "rad/s")), "rpm"),
@@ -177,7 +177,7 @@ def kind_of_unit(unit: str) -> str | None:
 
 def _spelled(unit: str, si: str) -> str:
     """Return pint's spelling of a unit for a quantity with the SI unit ``si``."""
-    return SPELLINGS.get((unit.strip().lower(), si), unit.strip())
+    return _SPELLINGS.get((unit.strip().lower(), si), unit.strip())
 
 
 def sensitivity_factor(sensitivity: str, unit: str | None, si: str, name: str) -> float:

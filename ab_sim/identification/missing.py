@@ -35,17 +35,17 @@ SIZES = 10.0 ** np.arange(-12.0, 13.0)
 
 The size is chosen at which the signals change by about their noise.
 """
-TRIAL_STEPS = 15
+_TRIAL_STEPS = 15
 """Largest number of iterations of the fit with an effect."""
-STEEL = 7800.0
+_STEEL = 7800.0
 """Density of balls [kg/m^3], used if the scene gives no radius and an effect needs it."""
-EQUAL, UNEQUAL = "suspension", "unequal_suspension"
+_EQUAL, UNEQUAL = "suspension", "unequal_suspension"
 """Alternative suspensions; a scene has one or the other."""
-APART, TINY = 0.01, 1e-9
+APART, _TINY = 0.01, 1e-9
 """Initial relative difference of unequal springs, and least initial damping [N s/m]."""
 ALIKE = 2.0
 """Difference of sums of squares, in noise variances, below which effects explain equally well."""
-BALLS_ONLY = {
+_BALLS_ONLY = {
     *("ball_drag", "ball_inertia", "friction_coefficient"),
     *("race_shape", "race_arc", "restitution"),
 }
@@ -53,17 +53,17 @@ BALLS_ONLY = {
 LIMIT = 1e3
 """Largest value of a parameter in units of the size at which it becomes visible."""
 TIME_SCALE = "time_scale"
-MOST_OFF = 0.08
+_MOST_OFF = 0.08
 """Largest relative error of the sampling rate in the search."""
 FAST = 0.6
 """Fraction of the top speed above which whirl and angle are compared."""
-PER_TURN = 8
+_PER_TURN = 8
 """Number of trial ratios of whirl to spindle speed within 1 / turns, the width of a peak."""
-MOST_ROWS = 4000
+_MOST_ROWS = 4000
 """Largest number of samples in the comparison of whirl and angle."""
 NEAR = 0.7
 """Half-width of the search in units of one over the number of turns."""
-STEPS, POINTS = 15, 16
+STEPS, _POINTS = 15, 16
 """Number of iterations of the fit at each scale, and largest number of scales."""
 
 
@@ -86,7 +86,7 @@ def tried_effects(
         if name not in (*problem.scene.effects, MOTOR) and (balls or not _needs_balls(effect))
     ]
     # Iterate the fit without an effect first, so that this gain is not credited to an effect.
-    without = minimise(problem, values, free, TRIAL_STEPS)
+    without = minimise(problem, values, free, _TRIAL_STEPS)
     before = _z(problem, without.values)
     trials = []
     for done, name in enumerate(names):
@@ -118,7 +118,7 @@ def tried_effects(
 def _needs_balls(effect: type[Any]) -> bool:
     """Return whether an effect acts on balls only, judged by the methods that it defines."""
     methods = {name for name, member in vars(effect).items() if callable(member) and name[0] != "_"}
-    return methods - {"check_scene"} <= BALLS_ONLY
+    return methods - {"check_scene"} <= _BALLS_ONLY
 
 
 def as_good_as_the_best(tried: Sequence[TriedEffect]) -> list[str]:
@@ -156,11 +156,11 @@ def _tried(
     fitted = {problem.names[j] for j in free} | {*more}
     numbers = [j for j, parameter in enumerate(whole.parameters) if parameter.name in fitted]
     places = [whole.names.index(name) for name in more]
-    fits = [minimise(whole, begin, numbers, TRIAL_STEPS)]
+    fits = [minimise(whole, begin, numbers, _TRIAL_STEPS)]
     # The start is just visible, but its sign is unknown, and a minimiser rarely crosses 0.
     if places and begin[places[0]] != 0.0 and whole.parameters[places[0]].low < 0.0:
         begin[places[0]] = -begin[places[0]]
-        fits.append(minimise(whole, begin, numbers, TRIAL_STEPS))
+        fits.append(minimise(whole, begin, numbers, _TRIAL_STEPS))
     best = min(fits, key=lambda fit: fit.cost)
     problem.runs += whole.runs
     after, drop = _z(whole, best.values), 2.0 * (without.cost - best.cost)
@@ -182,7 +182,7 @@ def _with_missing(problem: Problem, values: np.ndarray, name: str) -> tuple[Prob
 
     Each parameter starts at a size that changes the signals by about their noise.
     """
-    if name == UNEQUAL and EQUAL in problem.scene.effects:
+    if name == UNEQUAL and _EQUAL in problem.scene.effects:
         return _unequal(problem, values)
     fields = {
         field: about
@@ -209,15 +209,15 @@ def _with_missing(problem: Problem, values: np.ndarray, name: str) -> tuple[Prob
 def _unequal(problem: Problem, values: np.ndarray) -> tuple[Problem, list[str]]:
     """Return the problem with unequal springs in place of its suspension."""
     scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
-    equal, rest = scene.effects[EQUAL], scene.as_mapping()["effects"]
+    equal, rest = scene.effects[_EQUAL], scene.as_mapping()["effects"]
     assert isinstance(rest, dict)
-    k, c = equal.stiffness, max(equal.damping, TINY)
+    k, c = equal.stiffness, max(equal.damping, _TINY)
     starts = {
         "stiffness_1": (k * (1 + APART), "N/m"), "stiffness_2": (k * (1 - APART), "N/m"),
         "damping_1": (c, "N s/m"), "damping_2": (c, "N s/m"),
     }  # fmt: skip
     sizes = {name: start for name, (start, _) in starts.items()} | {"axis_angle": 0.5}
-    effects = {name: settings for name, settings in rest.items() if name != EQUAL} | {
+    effects = {name: settings for name, settings in rest.items() if name != _EQUAL} | {
         UNEQUAL: sizes
     }
     more = [
@@ -230,7 +230,7 @@ def _unequal(problem: Problem, values: np.ndarray) -> tuple[Problem, list[str]]:
     kept = [
         parameter
         for parameter in problem.common
-        if not parameter.name.startswith(f"effects.{EQUAL}.")
+        if not parameter.name.startswith(f"effects.{_EQUAL}.")
     ]
     springs = changed_scene(problem.scene, {"effects": effects}, f"with {UNEQUAL}")
     return _with_scene(problem, springs, kept, more)
@@ -258,7 +258,7 @@ def _with_effect(scene: Scene, name: str, parameters: dict[str, float]) -> Scene
     changes: dict[str, Any] = {f"effects.{name}": parameters}
     if effect_classes()[name].uses_ball_radius and scene.balls.radius is None and scene.balls.count:
         changes["balls.radius"] = [
-            (3.0 * mass / (4.0 * math.pi * STEEL)) ** (1.0 / 3.0) for mass in scene.balls.masses
+            (3.0 * mass / (4.0 * math.pi * _STEEL)) ** (1.0 / 3.0) for mass in scene.balls.masses
         ]
     return changed_scene(scene, changes, f"with {name}")
 
@@ -343,7 +343,7 @@ def tried_scales(
             cost_of,
             bounds=(about - reach, about + reach),
             method="bounded",
-            options={"maxiter": POINTS, "xatol": 1e-3 * reach},
+            options={"maxiter": _POINTS, "xatol": 1e-3 * reach},
         )
         best = min(ends, key=lambda share: ends[share].cost)
         whole = _with_scale(problem, number, 1.0 + best)
@@ -361,14 +361,14 @@ def _drift(measured: Measured) -> tuple[float, float]:
     time, angle = measured.time[there], measured.spindle_angle[there]
     speed = np.abs(np.gradient(angle, time))
     fast = np.flatnonzero(speed > FAST * speed.max())
-    fast = fast[:: max(1, len(fast) // MOST_ROWS)]
+    fast = fast[:: max(1, len(fast) // _MOST_ROWS)]
     whirl = (measured.signals[there] @ np.exp(1j * np.array(measured.axes)))[fast]
     turned = angle[fast] - angle[fast[0]]
     turns = max(abs(float(turned[-1])) / (2.0 * np.pi), 1.0)
     # Spectrum of the whirl over the spindle angle instead of time: an unbalance has a sharp peak at
     # the spindle's frequency, also while the speed changes.
     still = (whirl - whirl.mean()) * np.exp(-1j * angle[fast]) * np.hanning(len(fast))
-    shares = np.linspace(-MOST_OFF, MOST_OFF, 2 * int(MOST_OFF * turns * PER_TURN) + 3)
+    shares = np.linspace(-_MOST_OFF, _MOST_OFF, 2 * int(_MOST_OFF * turns * _PER_TURN) + 3)
     peaks = [abs(complex(np.sum(still * np.exp(-1j * share * turned)))) for share in shares]
     return float(shares[int(np.argmax(peaks))]), turns
 

@@ -14,7 +14,7 @@ from ab_sim.scene.bounds import Bounds, bounds_at
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.model import Scene
 
-WITHIN = 10.0
+_WITHIN = 10.0
 """Default range of a nonzero number: this factor below and above its start value."""
 ENCODER_ZERO = "encoder zero"
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
@@ -164,7 +164,7 @@ def _entry(key: str, node: Any, part: str, above: str) -> Any:
 def _limits(
     scene: Scene, allowed: Bounds, start: float, bounds: tuple[float, float] | None, key: str
 ) -> tuple[float, float]:
-    """Return a parameter's bounds [SI]: those given, or a factor ``WITHIN`` around the start.
+    """Return a parameter's bounds [SI]: those given, or a factor ``_WITHIN`` around the start.
 
     Refuse given bounds that exclude the start or exceed the scene's limits ``allowed``.
     """
@@ -187,7 +187,7 @@ def _limits(
             f"fit {key}: begins at 0, so that its magnitude is unknown; give --bounds "
             f"{key}=LOW..HIGH, or another value in the scene"
         )
-    ends = sorted((start / WITHIN, start * WITHIN))
+    ends = sorted((start / _WITHIN, start * _WITHIN))
     return max(ends[0], lowest), min(ends[1], highest)
 
 

@@ -21,7 +21,7 @@ from ab_sim.identification.parameters import (
 )
 from ab_sim.scene.model import Scene
 
-BEYOND = 1e3
+_BEYOND = 1e3
 """Residuals of a failed run, relative to the signals.
 
 They are large, so that a minimiser steps back, but finite, as it needs numbers.
@@ -177,7 +177,7 @@ class Problem:
         """Return a recording's whitened residuals; large ones for None, a failed run."""
         measured = self.recordings[number].signals
         if signals is None:
-            return BEYOND * whitened(self._taps[number], measured)
+            return _BEYOND * whitened(self._taps[number], measured)
         simulated = self._with_gain_and_bias(number, signals, values)
         return whitened(self._taps[number], measured - simulated)
 

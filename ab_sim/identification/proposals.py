@@ -18,13 +18,13 @@ from ab_sim.scene.load import changed_scene
 
 RAMP, SLOW, HOLD, COAST = 4.0, 16.0, 8.0, 12.0
 """Durations of the standard recordings [s]."""
-ABOVE = 2.0
+_ABOVE = 2.0
 """Top speed of standard recordings, relative to the critical speed."""
 NEAR = 1.05
 """Speed of the hold, relative to the critical speed."""
 TRIAL = 0.05
 """Trial mass, relative to the moving mass."""
-REACH = 1.96
+_REACH = 1.96
 """Half-width of a 95 % interval in standard deviations."""
 
 
@@ -85,10 +85,10 @@ def proposals_for(
         proposals.append(
             Proposal(
                 standard.name, standard.words, problem.parameters[worst].name,
-                REACH * float(np.max(now, initial=0.0)),
-                REACH * float(np.max(deviations, initial=0.0)),
+                _REACH * float(np.max(now, initial=0.0)),
+                _REACH * float(np.max(deviations, initial=0.0)),
                 tuple(problem.parameters[k].name for k in opens),
-                tuple(REACH * float(then[k]) for k in opens),
+                tuple(_REACH * float(then[k]) for k in opens),
             )
         )  # fmt: skip
     return tuple(
@@ -113,7 +113,7 @@ def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
     tops = [measured.schedule.top_speed for measured in problem.recordings]
     critical = scene.critical_speed
     limit = scene.spindle.max_speed
-    top = min(max(tops), limit) if critical is None else min(ABOVE * critical, limit)
+    top = min(max(tops), limit) if critical is None else min(_ABOVE * critical, limit)
     near = 0.5 * top if critical is None else min(NEAR * critical, limit)
     trial = TRIAL * scene.total_mass
     ramp, slow = _ramp(top, RAMP), _ramp(top, SLOW)

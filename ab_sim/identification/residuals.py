@@ -18,14 +18,14 @@ from ab_sim.identification.colour import whitened, whitening_of
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 
-LAGS = 20
+_LAGS = 20
 """Number of lags of the autocorrelation."""
-FLAGGED = 4.0
+_FLAGGED = 4.0
 """Threshold of z above which residuals are not noise.
 
 A correct model exceeds it in about one of 1000 to 2000 recordings.
 """
-BLOCKS = 20
+_BLOCKS = 20
 """Number of blocks, of equal spindle rotation, over which residuals are averaged on rotating
 axes."""
 DRIFT = 2.0
@@ -60,7 +60,7 @@ class Whiteness(NamedTuple):
     @property
     def white(self) -> bool:
         """True if no test rejects that the residuals are noise."""
-        return not self.judged or self.worst <= FLAGGED
+        return not self.judged or self.worst <= _FLAGGED
 
     @property
     def worst(self) -> float:
@@ -85,8 +85,8 @@ def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -
     columns = [column[np.isfinite(column)] for column in residuals.T]
     for column in columns:
         centred = column - column.mean()
-        lags = min(LAGS, len(centred) // 4)
-        q += ljung_box(centred, lags)
+        lags = min(_LAGS, len(centred) // 4)
+        q += _ljung_box(centred, lags)
         degrees += lags
         distances.append(_cumulative(centred))
     rms = math.sqrt(float(np.mean(np.concatenate(columns) ** 2)))
@@ -113,7 +113,7 @@ def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...
         result = whiteness_of(residuals, measured.rms, measured.name)
         result = result._replace(turning_z=turning_z(residuals, measured))
         results.append(
-            result if result.white else result._replace(signs=signs_of(residuals, measured.time))
+            result if result.white else result._replace(signs=_signs_of(residuals, measured.time))
         )
     return tuple(results)
 
@@ -136,10 +136,10 @@ def turning_z(residuals: np.ndarray, measured: Measured) -> float:
     size = float(np.mean(np.abs(across) ** 2))
     if size == 0.0 or turned[-1] == 0.0:
         return 0.0
-    block = np.minimum((BLOCKS * turned / turned[-1]).astype(int), BLOCKS - 1)
-    counts = np.bincount(block, minlength=BLOCKS)
+    block = np.minimum((_BLOCKS * turned / turned[-1]).astype(int), _BLOCKS - 1)
+    counts = np.bincount(block, minlength=_BLOCKS)
     still = across * np.exp(-1j * angle)
-    sums = np.bincount(block, still.real, BLOCKS) + 1j * np.bincount(block, still.imag, BLOCKS)
+    sums = np.bincount(block, still.real, _BLOCKS) + 1j * np.bincount(block, still.imag, _BLOCKS)
     filled = counts > 0
     q = 2.0 * float(np.sum(np.abs(sums[filled]) ** 2 / counts[filled])) / size
     degrees = 2 * int(filled.sum())
@@ -148,7 +148,7 @@ def turning_z(residuals: np.ndarray, measured: Measured) -> float:
     return float(norm.isf(above) if above < below else -norm.isf(below))
 
 
-def signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
+def _signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Describe each axis with drifting residuals in a sentence.
 
     Args:
@@ -171,14 +171,14 @@ def noises_of(recordings: Sequence[Measured]) -> list[float]:
     """Estimate the standard deviation of each recording's noise [m or m/s^2], after whitening."""
     return [
         max(
-            noise_of(whitened(whitening_of(recording), recording.signals)),
+            _noise_of(whitened(whitening_of(recording), recording.signals)),
             NOISELESS * recording.rms,
         )
         for recording in recordings
     ]
 
 
-def ljung_box(centred: np.ndarray, lags: int) -> float:
+def _ljung_box(centred: np.ndarray, lags: int) -> float:
     """Return Ljung and Box's Q of a series: n (n + 2) times the sum of r_k^2 / (n - k).
 
     Args:
@@ -213,7 +213,7 @@ def total_z(results: Sequence[Whiteness]) -> float:
     return sum(judged) / math.sqrt(len(judged)) if judged else 0.0
 
 
-def noise_of(signals: np.ndarray) -> float:
+def _noise_of(signals: np.ndarray) -> float:
     """Estimate the standard deviation of white noise from the upper quarter of the spectrum.
 
     The drive hardly vibrates at these frequencies. Return the r.m.s. over the axes.

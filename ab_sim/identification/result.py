@@ -213,7 +213,9 @@ class Identification(Presented):
             "# Intervals of 95 %:",
         ]
         head += [
-            f"#   {words_of(estimate)}" for estimate in self.estimates if not estimate.per_recording
+            f"#   {_words_of(estimate)}"
+            for estimate in self.estimates
+            if not estimate.per_recording
         ]
         return "\n".join(head) + "\n" + yaml_text(self.scene.as_mapping())
 
@@ -228,7 +230,7 @@ def share_words(share: float) -> str:
     return f"{100.0 * share:.2g} %" if np.isfinite(share) else "unknown"
 
 
-def words_of(estimate: Estimate) -> str:
+def _words_of(estimate: Estimate) -> str:
     """Return an estimate with its interval as text; with its origin if the interval is open."""
     unit = "" if estimate.unit == "1" else f" {estimate.unit}"
     value = f"{estimate.name} = {estimate.value:.6g}{unit}"

@@ -38,12 +38,12 @@ from ab_sim.scene.model import Scene
 
 NEAR = 0.7
 """Top speed, relative to the critical speed, below which a run hardly determines the damping."""
-UNEXPLAINED = 0.5
+_UNEXPLAINED = 0.5
 """Relative r.m.s. of residuals above which a fit explains nothing."""
-FAR_OFF = 300.0
+_FAR_OFF = 300.0
 """Ratio of measured to simulated amplitude that indicates a wrong unit."""
 
-EXCHANGED = "equal balls cannot be told apart: their start angles may be exchanged"
+_EXCHANGED = "equal balls cannot be told apart: their start angles may be exchanged"
 """Note on fitted start angles."""
 
 
@@ -211,7 +211,7 @@ class _Work:
                 changes |= {key: value for key, value in start if key.startswith(ANGLES)}
                 notes.append(f"the fitted scene's balls start where those of {measured.name} did")
                 if equal_pairs(self._scene):
-                    notes.append(EXCHANGED)
+                    notes.append(_EXCHANGED)
                 break
         fitted = changed_scene(self._scene, changes, "the fitted scene")
         critical = fitted.critical_speed or 0.0
@@ -231,7 +231,7 @@ class _Work:
                 continue
             size = float(np.sqrt(np.mean((simulated - simulated.mean(axis=0)) ** 2)))
             ratio = measured.rms / size if size > 0.0 else 1.0
-            if not 1.0 / FAR_OFF < ratio < FAR_OFF:
+            if not 1.0 / _FAR_OFF < ratio < _FAR_OFF:
                 raise InputError(
                     f"{measured.name}: its signals' r.m.s. is {measured.rms:.3g} {measured.unit}, "
                     f"{ratio:.2g} times what the scene {self._scene.name} gives; is their unit "
@@ -264,7 +264,7 @@ def _check_doubts(problem: Problem, values: np.ndarray) -> None:
         if measured.doubt:
             simulated = problem.simulated(k, values)
             residuals = measured.signals if simulated is None else measured.signals - simulated
-            if float(np.sqrt(np.nanmean(residuals**2))) > UNEXPLAINED * measured.rms:
+            if float(np.sqrt(np.nanmean(residuals**2))) > _UNEXPLAINED * measured.rms:
                 raise InputError(measured.doubt)
 
 

@@ -15,15 +15,15 @@ from scipy.optimize import least_squares
 from ab_sim.base.errors import InputError
 from ab_sim.model.spindle import Ramp, SpeedSchedule
 
-FEWEST_PULSES = 10
+_FEWEST_PULSES = 10
 """Least number of pulses."""
-LOW, MIDDLE, HIGH = 0.35, 0.5, 0.65
+LOW, _MIDDLE, HIGH = 0.35, 0.5, 0.65
 """Thresholds of pulses, as fractions of the reading's range.
 
-A pulse starts where the reading rises through ``MIDDLE``, if it was below ``LOW`` since the last
+A pulse starts where the reading rises through ``_MIDDLE``, if it was below ``LOW`` since the last
 pulse and reaches ``HIGH`` afterwards.
 """
-MISSED, DOUBLED = 1.7, 0.6
+_MISSED, DOUBLED = 1.7, 0.6
 """Ratios of a pulse interval to its neighbours that indicate a missing or double pulse.
 
 The first compares with the longer neighbour, the second with the shorter.
@@ -49,15 +49,15 @@ def angle_from_pulses(
         InputError: there are too few pulses, or one is missing or counted twice.
     """
     pulses = _pulse_times(time, reading)
-    if len(pulses) < FEWEST_PULSES:
+    if len(pulses) < _FEWEST_PULSES:
         raise InputError(
-            f"{name}: keyphasor: has {len(pulses)} pulses; must be at least {FEWEST_PULSES}; is it "
-            "the right column, and is the sampling rate high enough to see each pulse?"
+            f"{name}: keyphasor: has {len(pulses)} pulses; must be at least {_FEWEST_PULSES}; is "
+            "it the right column, and is the sampling rate high enough to see each pulse?"
         )
     between = np.diff(pulses)
     longer = np.maximum(between[2:], between[:-2])
     shorter = np.minimum(between[2:], between[:-2])
-    odd = np.flatnonzero((between[1:-1] > MISSED * longer) | (between[1:-1] < DOUBLED * shorter))
+    odd = np.flatnonzero((between[1:-1] > _MISSED * longer) | (between[1:-1] < DOUBLED * shorter))
     if len(odd):
         at = int(odd[0]) + 1
         raise InputError(
@@ -81,7 +81,7 @@ def angle_from_pulses(
 
 
 def _pulse_times(time: np.ndarray, reading: np.ndarray) -> np.ndarray:
-    """Return the times [s] at which pulses rise through ``MIDDLE``, between samples."""
+    """Return the times [s] at which pulses rise through ``_MIDDLE``, between samples."""
     low, high = float(reading.min()), float(reading.max())
     if low == high:
         return np.empty(0)
@@ -89,22 +89,22 @@ def _pulse_times(time: np.ndarray, reading: np.ndarray) -> np.ndarray:
     state = np.where(level > HIGH, 1, np.where(level < LOW, -1, 0))
     marks = np.flatnonzero(state)
     begins = marks[1:][(state[marks[1:]] == 1) & (state[marks[:-1]] == -1)]
-    rising = np.flatnonzero((level[:-1] < MIDDLE) & (level[1:] >= MIDDLE))
+    rising = np.flatnonzero((level[:-1] < _MIDDLE) & (level[1:] >= _MIDDLE))
     before = rising[np.searchsorted(rising, begins) - 1]
-    share = (MIDDLE - level[before]) / (level[before + 1] - level[before])
+    share = (_MIDDLE - level[before]) / (level[before + 1] - level[before])
     times: np.ndarray = time[before] + share * (time[before + 1] - time[before])
     return times
 
 
-MOST_PIECES = 400
+_MOST_PIECES = 400
 """Largest number of pieces; more would fit noise, or curvature that does not affect balls."""
-FINEST = 1e-10
+_FINEST = 1e-10
 """Rounding error of a recorded simulation, relative to the largest speed."""
-MOST_MOVED, ENOUGH = 12, 4000
+_MOST_MOVED, ENOUGH = 12, 4000
 """Largest number of knots that are optimised, and number of samples used for it."""
 NOISE = 4.5
 """Tolerance of a straight line in standard deviations of a tachometer's noise."""
-FEWEST = 3
+_FEWEST = 3
 """Least number of samples of a piece."""
 
 
@@ -156,15 +156,15 @@ def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarra
     The intersections of noisy lines, from which the knots start, are inaccurate.
     """
     inner = knots[1:-1]
-    if not 0 < len(inner) <= MOST_MOVED:
+    if not 0 < len(inner) <= _MOST_MOVED:
         return knots
     thin = max(1, len(time) // ENOUGH)
     times, samples = time[::thin], values[::thin]
     between = float(times[1] - times[0])
-    # Knots keep their order, and at least ``FEWEST`` samples between them: without samples in a
+    # Knots keep their order, and at least ``_FEWEST`` samples between them: without samples in a
     # piece, the spline is not determined.
     reach = 0.45 * np.minimum(np.diff(knots)[:-1], np.diff(knots)[1:])
-    reach = np.maximum(reach - FEWEST * between, 0.0)
+    reach = np.maximum(reach - _FEWEST * between, 0.0)
 
     def residuals(places: np.ndarray) -> np.ndarray:
         whole = np.concatenate([knots[:1], places, knots[-1:]])
@@ -190,10 +190,10 @@ def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
     # The second difference of white noise has six times its variance; that of a line is 0.
     bend = np.diff(speed, 2)
     noise = float(np.median(np.abs(bend))) / 0.6745 / np.sqrt(6.0) if len(bend) else 0.0
-    tolerance = max(FINEST * top, NOISE * noise, 1e-300)
+    tolerance = max(_FINEST * top, NOISE * noise, 1e-300)
     while True:
         lines = _lines(time, speed, tolerance)
-        if len(lines) <= MOST_PIECES:
+        if len(lines) <= _MOST_PIECES:
             break
         tolerance *= 4.0
     knots = [time[0]]
@@ -202,11 +202,11 @@ def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
         # Noisy lines may intersect elsewhere; use the middle between the two samples instead.
         inside = time[j - 1] <= meet <= time[min(i + 1, len(time) - 1)]
         meet = meet if inside else 0.5 * (time[j] + time[i])
-        if np.count_nonzero((time >= knots[-1]) & (time <= meet)) >= FEWEST:
+        if np.count_nonzero((time >= knots[-1]) & (time <= meet)) >= _FEWEST:
             knots.append(float(meet))
-    if len(knots) > 1 and np.count_nonzero(time >= knots[-1]) < FEWEST:
+    if len(knots) > 1 and np.count_nonzero(time >= knots[-1]) < _FEWEST:
         knots.pop()
-    return np.array([*knots, float(time[-1])]), tolerance > 10.0 * FINEST * top
+    return np.array([*knots, float(time[-1])]), tolerance > 10.0 * _FINEST * top
 
 
 def _lines(
@@ -220,12 +220,12 @@ def _lines(
     # Double the length of a piece until the line misses a sample, then bisect. The effort is nearly
     # proportional to the number of samples.
     while first < len(time):
-        reach, far = min(first + FEWEST, len(time)), len(time)
-        step = FEWEST
+        reach, far = min(first + _FEWEST, len(time)), len(time)
+        step = _FEWEST
         while reach < far and _line(time, speed, first, reach)[2] <= tolerance:
             step *= 2
             reach = min(first + step, far)
-        low, high = max(first + step // 2, min(first + FEWEST, far)), reach
+        low, high = max(first + step // 2, min(first + _FEWEST, far)), reach
         if _line(time, speed, first, reach)[2] <= tolerance:
             low = reach
         while high - low > 1:

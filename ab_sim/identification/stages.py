@@ -35,7 +35,7 @@ HORIZONS = ((0.2, 24), (0.4, 10), (0.7, 4), (1.0, 2))
 
 Over a whole run, the ball angles have many local minima; over its beginning they have few.
 """
-SCAN = 64
+_SCAN = 64
 """Number of points evaluated before the first fit of recordings without balls."""
 NEAR = 2.0
 """Factor around the scene's values within which starts are drawn, subject to bounds."""
@@ -44,23 +44,23 @@ SETTLED = 0.1
 
 Settled parameters are fixed during the search for ball angles.
 """
-DRAWS, DRAW = 3, 1000
+DRAWS, _DRAW = 3, 1000
 """Largest number of draws of starts, and offset of the random stream between draws."""
-HORIZONS_WITHOUT_BALLS = (0.3, 0.5, 0.7)
+_HORIZONS_WITHOUT_BALLS = (0.3, 0.5, 0.7)
 """Fractions of recordings without balls that every draw but the first fits before the whole."""
 AT_NOISE = 1.5
 """Mean square of the residuals, in units of noise, up to which a minimum is accepted."""
 AGREE = 1.01
 """Ratio of sums of squares up to which two results may be the same minimum."""
-SAME = 4.0 * (AGREE - 1.0)
+_SAME = 4.0 * (AGREE - 1.0)
 """Largest sum of squares of the difference between two results' residuals, relative to theirs.
 
 Near a minimum the sum of squares rises by the square of the distance from its residuals. Results on
 opposite sides of a minimum, each at the limit ``AGREE``, are this far apart.
 """
-SEARCH_STEPS, LAST_STEPS = 12, 60
+_SEARCH_STEPS, LAST_STEPS = 12, 60
 """Largest number of iterations of a search, and of the last fit."""
-SOFT = 4.0
+_SOFT = 4.0
 """Residual in standard deviations beyond which it has less weight (Huber's loss)."""
 
 
@@ -114,7 +114,7 @@ def minimise(
         bounds=(low, high),
         x_scale="jac",
         loss="huber" if last else "linear",
-        f_scale=SOFT,
+        f_scale=_SOFT,
         max_nfev=steps,
         ftol=1e-10,
         xtol=1e-10,
@@ -260,7 +260,7 @@ class StagedFit:
         bests: list[Fitted] = []
         for draw in range(DRAWS):
             ends: list[Fitted] = []
-            tried = [start, *self._drawn(part, start, drawn, SCAN, DRAW * draw)]
+            tried = [start, *self._drawn(part, start, drawn, _SCAN, _DRAW * draw)]
             costs = [part.cost(values) for values in tried]
             order = np.argsort(costs, kind="stable")[:4]
             # The scene's own values are fitted in any case: they may be close to a deep but narrow
@@ -271,11 +271,11 @@ class StagedFit:
                 begin = tried[k]
                 # At the end of a recording, a lightly damped deck has a local minimum for each
                 # revolution of phase error. The beginning has few, so later draws fit it first.
-                for share in HORIZONS_WITHOUT_BALLS if draw else ():
+                for share in _HORIZONS_WITHOUT_BALLS if draw else ():
                     shorter = whole.part(bare, share)
-                    begin = minimise(shorter, begin, felt, SEARCH_STEPS).values
+                    begin = minimise(shorter, begin, felt, _SEARCH_STEPS).values
                     whole.runs += shorter.runs
-                ends.append(minimise(part, begin, felt, SEARCH_STEPS * 3))
+                ends.append(minimise(part, begin, felt, _SEARCH_STEPS * 3))
             bests.append(min(ends, key=lambda end: end.cost))
             if _is_settled(part, bests):
                 break
@@ -304,7 +304,7 @@ class StagedFit:
         ]  # fmt: skip
         begin, bests = self.best[places].copy(), list[Fitted]()
         for draw in range(DRAWS):
-            tried = self._drawn(alone, begin, free, STARTS, number + 1 + DRAW * draw)
+            tried = self._drawn(alone, begin, free, STARTS, number + 1 + _DRAW * draw)
             for horizon, keep in HORIZONS:
                 part = whole.part([number], horizon)
                 what = f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %"
@@ -365,13 +365,13 @@ def _is_same_minimum(part: Problem, one: Fitted, other: Fitted) -> bool:
     """
     residuals = part.residuals(one.values)
     difference = part.residuals(other.values) - residuals
-    return sum_of_squares(difference) <= SAME * sum_of_squares(residuals)
+    return sum_of_squares(difference) <= _SAME * sum_of_squares(residuals)
 
 
 def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[Fitted, int]:
     """Return the result of a search from a start, and its number of runs."""
     before = part.runs
-    fit = minimise(part, values, free, SEARCH_STEPS)
+    fit = minimise(part, values, free, _SEARCH_STEPS)
     return fit, part.runs - before
 
 

@@ -21,19 +21,19 @@ from ab_sim.drive.trajectory import unit_of
 from ab_sim.record.bags import import_bag
 from ab_sim.record.recording import StoredRun, open_recording
 
-MOST_ROWS = 1_000_000
+_MOST_ROWS = 1_000_000
 """Largest number of rows; an identification takes about 2.3 kB of memory per row."""
-MOST_COLUMNS = 1000
+_MOST_COLUMNS = 1000
 """Largest number of columns of a Parquet file."""
-UTF_8, LATIN_1 = "utf-8", "latin-1"
-MARKS = (
+_UTF_8, _LATIN_1 = "utf-8", "latin-1"
+_MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"),
     (codecs.BOM_UTF32_BE, "utf-32"),
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 """Byte-order marks, longer ones first because a shorter one may be their prefix."""
-FIRST_BYTES = 1 << 16
+_FIRST_BYTES = 1 << 16
 """Number of bytes in which the first line of a text is sought."""
 _HEAD = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
 """Title of a column with its unit in brackets: ``x [mm]``."""
@@ -124,7 +124,7 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
         )
     if path.stat().st_size == 0:
         raise InputError(f"{path}: is empty")
-    encoding = _encoding(path) if ending == ".csv" else UTF_8
+    encoding = _encoding(path) if ending == ".csv" else _UTF_8
     options = pa.csv.ReadOptions(encoding=encoding)
     try:
         read = (
@@ -144,7 +144,7 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
             f"{path}: its first line is numbers; must name the columns, e.g. t [s],x [mm]"
         )
     _check_rows(path, read.num_rows)
-    notes = (f"its head is not UTF-8; it was read as {encoding}",) if encoding == LATIN_1 else ()
+    notes = (f"its head is not UTF-8; it was read as {encoding}",) if encoding == _LATIN_1 else ()
     try:
         return _of_arrow(read, path.stem, notes)
     except ValueError as error:
@@ -154,10 +154,10 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
 
 
 def _check_rows(path: Path, rows: int) -> None:
-    """Refuse a table without rows, or with more than ``MOST_ROWS``."""
-    if not 0 < rows <= MOST_ROWS:
+    """Refuse a table without rows, or with more than ``_MOST_ROWS``."""
+    if not 0 < rows <= _MOST_ROWS:
         raise InputError(
-            f"{path}: has {rows} rows; must be 1 to {MOST_ROWS}; cut the recording, or keep every "
+            f"{path}: has {rows} rows; must be 1 to {_MOST_ROWS}; cut the recording, or keep every "
             "n-th row"
         )
 
@@ -171,9 +171,9 @@ def _of_parquet(path: Path) -> pa.Table:
     with pa.parquet.ParquetFile(path) as file:
         _check_rows(path, file.metadata.num_rows)
         schema = file.schema_arrow
-        if len(schema) > MOST_COLUMNS:
+        if len(schema) > _MOST_COLUMNS:
             raise InputError(
-                f"{path}: has {len(schema)} columns; must have at most {MOST_COLUMNS}; keep those "
+                f"{path}: has {len(schema)} columns; must have at most {_MOST_COLUMNS}; keep those "
                 "that the mapping names"
             )
         texts = [field.name for field in schema if not pa.types.is_primitive(field.type)]
@@ -184,8 +184,8 @@ def _of_parquet(path: Path) -> pa.Table:
 def _encoding(path: Path) -> str:
     """Guess a text's encoding from its byte-order mark and its first line."""
     with path.open("rb") as file:
-        begin = file.read(FIRST_BYTES)
-    for mark, encoding in MARKS:
+        begin = file.read(_FIRST_BYTES)
+    for mark, encoding in _MARKS:
         if begin.startswith(mark):
             return encoding
     # ASCII characters in two bytes each, without a byte-order mark.
@@ -194,10 +194,10 @@ def _encoding(path: Path) -> str:
     if begin[:1] == b"\0":
         return "utf-16-be"
     try:
-        begin.partition(b"\n")[0].decode(UTF_8)
+        begin.partition(b"\n")[0].decode(_UTF_8)
     except UnicodeDecodeError:
-        return LATIN_1
-    return UTF_8
+        return _LATIN_1
+    return _UTF_8
 
 
 def _contents(values: np.ndarray) -> str:
@@ -225,7 +225,7 @@ def _csv_fault(path: Path, encoding: str) -> str:
             return "its separator is ';'; must be ',', with points in numbers (1.5, not 1,5)"
         counts: list[int] = []
         for line in file:
-            if len(counts) > MOST_ROWS:
+            if len(counts) > _MOST_ROWS:
                 return ""
             counts.append(line.count(",") + 1)
     if counts and counts[-1] < columns and set(counts[:-1]) <= {columns}:

@@ -21,11 +21,11 @@ from ab_sim.identification.result import (
     TriedEffect,
 )
 
-EXPLAINS, NAMED = 0.7, 0.01
+_EXPLAINS, _NAMED = 0.7, 0.01
 """Fractions of z that an effect must remove to explain the residuals, and to be named."""
-ABOVE_NOISE, OF_SIGNALS = 2.0, 0.02
+_ABOVE_NOISE, _OF_SIGNALS = 2.0, 0.02
 """Residuals relative to noise and to signals above which the scene does not fit."""
-QUESTIONS = {
+_QUESTIONS = {
     GAIN: "are the signals' unit and the sensor's gain right?",
     BIAS: "has the sensor an offset?",
     DELAY: "is the sensor late?",
@@ -34,7 +34,7 @@ QUESTIONS = {
     "correct it in the mapping",
 }
 """Questions to the user if a parameter of a recording explains its residuals."""
-SCALED, STEADY, PARTS = 0.05, 0.1, 10
+_SCALED, _STEADY, PARTS = 0.05, 0.1, 10
 """Tests of a scale factor: least deviation from 1, largest relative variation, number of parts."""
 
 
@@ -52,7 +52,7 @@ class Misfit(NamedTuple):
     @property
     def off(self) -> bool:
         """True if the residuals are well above the noise."""
-        return self.above_noise > ABOVE_NOISE and self.share > OF_SIGNALS
+        return self.above_noise > _ABOVE_NOISE and self.share > _OF_SIGNALS
 
 
 def misfits_of(
@@ -88,8 +88,8 @@ def _steady_factor(measured: np.ndarray, simulated: np.ndarray) -> float:
     if not factors:
         return 1.0
     middle = float(np.median(factors))
-    steady = max(abs(factor - middle) for factor in factors) < STEADY * abs(middle)
-    return middle if steady and abs(middle - 1.0) > SCALED else 1.0
+    steady = max(abs(factor - middle) for factor in factors) < _STEADY * abs(middle)
+    return middle if steady and abs(middle - 1.0) > _SCALED else 1.0
 
 
 def verdict_of(
@@ -183,13 +183,13 @@ def _noise_words(test: Whiteness) -> list[str]:
 def explained_by(tried: Sequence[TriedEffect]) -> bool:
     """Return whether one of the trials would reduce the residuals to noise, or nearly so."""
     best = next((trial for trial in tried if not trial.failure), None)
-    return best is not None and best.explains > EXPLAINS
+    return best is not None and best.explains > _EXPLAINS
 
 
 def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]:
     """Return sentences on effects that explain the residuals, and on fitting the first of them."""
     best = next((trial for trial in tried if not trial.failure), None)
-    if best is None or best.explains < NAMED:
+    if best is None or best.explains < _NAMED:
         return ["no single trial explains the residuals"] if tried else []
     if not explained_by(tried):
         return [
@@ -201,7 +201,7 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
         values_text = ", ".join(f"{name} = {value:.4g}" for name, value in best.values.items())
         return [
             f"{names} would explain the residuals: with {values_text} z = {best.z:.1f}: "
-            + QUESTIONS[best.nuisance]
+            + _QUESTIONS[best.nuisance]
             + (f" to fit it: --free {best.nuisance}" if best.nuisance in NUISANCES else "")
         ]
     sets = " ".join(f"--set {key}={value:.4g}" for key, value in best.values.items())

@@ -5,7 +5,7 @@ import sys
 
 from ab_sim.base import interruption
 
-NEEDS_ROS = (
+_NEEDS_ROS = (
     "ROS 2 is needed to run a node, and there is no rclpy; install it with "
     "`pip install 'ab_sim[ros]'`, or source your ROS 2 installation"
 )
@@ -15,4 +15,4 @@ if sys.argv[0] == "-m":
     interruption.watch()
     interruption.accept_signals()
     if importlib.util.find_spec("rclpy") is None:
-        sys.exit(NEEDS_ROS)
+        sys.exit(_NEEDS_ROS)

@@ -12,7 +12,7 @@ from ab_sim.control.observer import TEXTS, Reason
 
 GAP = 50_000_000
 """Time between two spindle samples beyond which the angle in between is unknown [ns]."""
-MOST_WAITING = 4096
+_MOST_WAITING = 4096
 """Largest number of readings that wait for the spindle; the oldest are dropped."""
 
 
@@ -69,7 +69,7 @@ class PairedSamples:
 
     def __init__(self, forward: Callable[[float, float, float, float, float], None]) -> None:
         self._forward = forward
-        self._waiting: deque[Reading] = deque(maxlen=MOST_WAITING)
+        self._waiting: deque[Reading] = deque(maxlen=_MOST_WAITING)
         self._before: SpindleSample | None = None
         self._last: SpindleSample | None = None
         self.unpaired = 0
@@ -141,7 +141,7 @@ class PairedSamples:
         self._forward(time * 1e-9, *at, reading.first, reading.second)
 
 
-NAMED_TWICE = State.DONE, State.ABORTING, State.ABORTED
+_NAMED_TWICE = State.DONE, State.ABORTING, State.ABORTED
 """States whose name the profile controller's status already begins with."""
 
 SPINDLE_SILENT = f"{topics.JOINT_STATES.name} is silent, the vibration sensor is not"
@@ -166,7 +166,7 @@ class AdaptiveExecution:
     def words(self) -> str:
         """Present action, as text; see ``ProfileExecution``."""
         state, text = self._start_up.state, self._text
-        return text.removeprefix(f"{state.text}: ") if state in NAMED_TWICE else text
+        return text.removeprefix(f"{state.text}: ") if state in _NAMED_TWICE else text
 
     @property
     def ended(self) -> bool:

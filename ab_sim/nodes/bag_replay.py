@@ -25,11 +25,11 @@ from ab_sim.record.bags import Bag
 from ab_sim.record.bags.contract import topic_by_name
 from ab_sim.record.bags.importing import choose_namespace
 
-DISCOVERY = 1.0
+_DISCOVERY = 1.0
 """Time before the first message for the discovery of subscribers [s]."""
 GLANCE = 0.05
 """Time between two checks for a pause or a stop [s]."""
-ACKNOWLEDGED = 5.0
+_ACKNOWLEDGED = 5.0
 """Longest time for subscribers to acknowledge the last messages [s]."""
 
 
@@ -88,7 +88,7 @@ class BagReplay(BaseNode):
             InputError: a simulator publishes the same clock.
             RecordingError: the bag is damaged.
         """
-        stopping.wait(DISCOVERY)
+        stopping.wait(_DISCOVERY)
         self._refuse_other_publishers()
         published = self._publish_descriptions()
         begin, end = self._bag.span
@@ -104,7 +104,7 @@ class BagReplay(BaseNode):
             if (seconds := (stamp - begin) // 10**9) != last_update:
                 progress(seconds, -((begin - end) // 10**9))
                 last_update = seconds
-        until = time.monotonic() + ACKNOWLEDGED
+        until = time.monotonic() + _ACKNOWLEDGED
         for publisher in self._topics.values():
             remaining = Duration(seconds=max(until - time.monotonic(), 0.0))
             publisher.wait_for_all_acked(remaining)

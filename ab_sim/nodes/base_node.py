@@ -100,7 +100,7 @@ class _Logger(RcutilsLogger):
 
 GLANCE = 0.05
 """Time between two checks for requests when the loop is idle [s]."""
-PROGRESS = 5.0
+_PROGRESS = 5.0
 """Time between two log messages on the progress of long work [s]."""
 Result = TypeVar("Result")
 Say = Callable[[str], Any]
@@ -224,7 +224,7 @@ class ManagedNode(BaseNode, LifecycleNode):
                 raise Interrupted("interrupted")
             while not messages.empty():
                 self.get_logger().info(messages.get())
-            if (now := time.monotonic()) - logged > PROGRESS:
+            if (now := time.monotonic()) - logged > _PROGRESS:
                 logged = now
                 self.get_logger().info(f"{doing}: {now - began:.0f} s so far")
             self.answer()

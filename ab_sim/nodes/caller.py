@@ -24,11 +24,11 @@ from ab_sim.nodes.discovery import DISCOVERY_RANGE, participants_here
 from ab_sim.nodes.process import completes, init_ros
 from ab_sim.nodes.session import INACTIVE
 
-ACQUAINTED = 0.5
+_ACQUAINTED = 0.5
 """Time for mutual discovery [s]. A server that this node has discovered may not have discovered
 this node. If it does not within 0.1 s of a request, as on a busy machine, Fast DDS drops the
 answer."""
-ANSWER = 10.0
+_ANSWER = 10.0
 """Longest time for the answer of a service that does no long work [s]."""
 GLANCE = 0.05
 """Longest wait for the next message [s]."""
@@ -95,14 +95,14 @@ class Caller:
             raise InputError(self._not_offered_text(node, missing[0]))
         if urgent:
             return
-        self._until(lambda: False, ACQUAINTED)  # long enough to discover a second server, too
+        self._until(lambda: False, _ACQUAINTED)  # long enough to discover a second server, too
         for name in services:
             if (count := self._node.count_services(f"{node}/{name}")) > 1:
                 raise InputError(
                     f"{count} nodes offer {node}/{name}; end all but one, or give them namespaces"
                 )
 
-    def call(self, service: str, request: Any, timeout: float = ANSWER, again: float = 0.0) -> Any:
+    def call(self, service: str, request: Any, timeout: float = _ANSWER, again: float = 0.0) -> Any:
         """Call a service, after ``wait_for_services``, and return its answer.
 
         Args:
@@ -205,14 +205,14 @@ class Caller:
         return received
 
     def _await_services(self, end: float) -> None:
-        """Wait until ``ACQUAINTED`` has passed without a new service, at most until ``end`` [s].
+        """Wait until ``_ACQUAINTED`` has passed without a new service, at most until ``end`` [s].
 
         A node's diagnostics may arrive before all of its services have been discovered.
         """
         discovered = None
         while discovered is None or (discovered != self.nodes() and time.monotonic() < end):
             discovered = self.nodes()
-            self._until(lambda: False, ACQUAINTED)
+            self._until(lambda: False, _ACQUAINTED)
 
     def _all_discovered(self) -> bool:
         """Return whether there are as many discovered nodes as DDS participants on this machine."""
@@ -286,13 +286,13 @@ def _message(name: str, value: Any) -> Any:
     return message
 
 
-COUNTS = ("commands accepted", "commands rejected", "commands ignored")
+_COUNTS = ("commands accepted", "commands rejected", "commands ignored")
 """Counts in a drive's diagnostics, by which the reaction to a command is recognised."""
-ROUNDED = 1.0 + 1e-5
+_ROUNDED = 1.0 + 1e-5
 """Factor on the speed limit, because diagnostics report it with six digits only; up to the enlarged
 limit the drive decides."""
 
-SPEED_WAIT = 1.0
+_SPEED_WAIT = 1.0
 """Longest time to wait for the drive's present speed [s], which is part of the answer."""
 
 
@@ -357,20 +357,20 @@ class SpeedCaller(Caller):
         if not self._until(publisher.get_subscription_count, self._timeout):
             raise Refused(f"{node} does not subscribe to {topic.name} (waited {self._timeout:g} s)")
         limits = _limits(healths[-1])
-        if abs(speed) > limits.max_speed * ROUNDED:
+        if abs(speed) > limits.max_speed * _ROUNDED:
             limits.check(speed)
         if healths[-1].values["speed set by"] == "emergency stop":
             raise Refused(
                 f"{node}: commands are ignored after an emergency stop, until reset-emergency-stop"
             )
         # A drive whose time is paused publishes no speed.
-        self._until(lambda: speeds, SPEED_WAIT)
+        self._until(lambda: speeds, _SPEED_WAIT)
         before, seen = _counts(healths[-1]), len(healths)
         standing_at = speeds[-1] if speeds else None
         publisher.publish(topic.message(speed))
-        publisher.wait_for_all_acked(Duration(seconds=ANSWER))
-        if not self._until(lambda: len(healths) > seen and _counts(healths[-1]) != before, ANSWER):
-            raise AbSimError(f"{node} did not report the command within {ANSWER:g} s")
+        publisher.wait_for_all_acked(Duration(seconds=_ANSWER))
+        if not self._until(lambda: len(healths) > seen and _counts(healths[-1]) != before, _ANSWER):
+            raise AbSimError(f"{node} did not report the command within {_ANSWER:g} s")
         health = healths[-1]
         accepted, *others = (now - then for now, then in zip(_counts(health), before, strict=True))
         if not accepted and any(others):
@@ -391,7 +391,7 @@ class SpeedCaller(Caller):
 
 def _counts(health: Health) -> tuple[int, ...]:
     """Return the numbers of accepted, rejected and ignored commands; empty if not reported."""
-    return tuple(int(health.values[key]) for key in COUNTS if key in health.values)
+    return tuple(int(health.values[key]) for key in _COUNTS if key in health.values)
 
 
 def _limits(health: Health) -> SpeedServo:

@@ -18,7 +18,7 @@ from ab_sim.base.errors import CommandError, exact, shortened
 from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
 from ab_sim.nodes.pacing import DurationHistogram
 
-PARTICIPANT = 12
+_PARTICIPANT = 12
 """Length of the part of an endpoint's identifier that identifies its participant [bytes]."""
 
 
@@ -56,7 +56,7 @@ class CommandSources(NamedTuple):
             recent: identifiers of the publishers that have recently sent a message.
         """
         talking = {
-            (endpoint.node, endpoint.gid[:PARTICIPANT])
+            (endpoint.node, endpoint.gid[:_PARTICIPANT])
             for endpoint in endpoints
             if endpoint.gid in recent
         }
@@ -64,9 +64,9 @@ class CommandSources(NamedTuple):
         publishers = Counter[tuple[str, bytes, str]]()
         dead = 0
         for topic, node, gid in endpoints:
-            talks = (node, gid[:PARTICIPANT]) in talking
+            talks = (node, gid[:_PARTICIPANT]) in talking
             if talks or node not in names:
-                publishers[node, gid[:PARTICIPANT], topic] += 1
+                publishers[node, gid[:_PARTICIPANT], topic] += 1
             dead += not talks and (node in names or gid in senders)
         counts = dict[tuple[str, bytes], int]()
         for (node, participant, _), count in publishers.items():
@@ -79,19 +79,19 @@ AT_ONCE = 1000
 """Largest number of commands of a topic read at a wake-up, in about 4 ms; others remain queued."""
 PAUSE = 0.1
 """Shortest time between two reports on trajectories [s]."""
-CLOCK_SET = 20_000_000
+_CLOCK_SET = 20_000_000
 """Change of the difference between system clock and steady clock that shows that the system clock
 was set [ns]."""
-LATELY = 2.0
+_LATELY = 2.0
 """Silence after which a publisher may be dead although its DDS lease has not ended [s]."""
-MOST_REFUSALS = 20
+_MOST_REFUSALS = 20
 """Largest number of different reasons of refused joint commands that are logged."""
-TOPICS = (topics.COMMAND, topics.TRAJECTORY, topics.JOINT_COMMAND)
+_TOPICS = (topics.COMMAND, topics.TRAJECTORY, topics.JOINT_COMMAND)
 """Topics of commands."""
-NAMELESS = "_NODE_NAME_UNKNOWN_"
+_NAMELESS = "_NODE_NAME_UNKNOWN_"
 """Node name that rmw reports for a publisher until its node has been discovered."""
 
-WATCHDOG_TEXTS = {
+_WATCHDOG_TEXTS = {
     WatchdogAction.HOLD: "the speed is held",
     WatchdogAction.COAST: "the spindle coasts to standstill",
     WatchdogAction.STOP: "the spindle stops",
@@ -142,7 +142,7 @@ class PendingCommands:
     def listen(self) -> None:
         """Subscribe to the topics."""
         self._subscriptions = tuple(
-            topic.subscription(self._node, unused_callback) for topic in TOPICS
+            topic.subscription(self._node, unused_callback) for topic in _TOPICS
         )
 
     def close(self) -> None:
@@ -178,7 +178,7 @@ class PendingCommands:
             self._awake += steady - self._taken
         self._taken = steady
         before, self._steady = self._steady, steady - time.time_ns()
-        unknown = standing or abs(self._steady - before) > CLOCK_SET
+        unknown = standing or abs(self._steady - before) > _CLOCK_SET
         for topic, message, received, sender in arrivals:
             self._last_command[sender] = self._awake
             stamp = 0 if unknown else received + self._steady
@@ -188,7 +188,7 @@ class PendingCommands:
 
     def _read(self) -> Iterator[tuple[Topic, Subscription[Any]]]:
         """Return the topics with their subscriptions."""
-        return zip(TOPICS, self._subscriptions, strict=True)
+        return zip(_TOPICS, self._subscriptions, strict=True)
 
     def _pass_on(self, topic: Topic, message: Any, now: int, stamp: int) -> None:
         """Pass a message to the command path, or count and log it if it is malformed.
@@ -211,7 +211,7 @@ class PendingCommands:
         except MalformedMessage as error:
             self._path.reject_joint_command()
             reason = shortened(str(error))  # it quotes the message, which may be of any size
-            if reason not in self._refusals and len(self._refusals) < MOST_REFUSALS:
+            if reason not in self._refusals and len(self._refusals) < _MOST_REFUSALS:
                 self._refusals.add(reason)
                 self._node.get_logger().warning(f"{topic.name}, refused: {reason}; logged once")
             return
@@ -262,11 +262,11 @@ class PendingCommands:
         self._sources = self._count_sources()
         publishers = {
             tuple(info.endpoint_gid): (topic, info)
-            for topic in TOPICS[: len(self._subscriptions)]
+            for topic in _TOPICS[: len(self._subscriptions)]
             for info in self._publishers_of(topic)
             if info.topic_type != topic.type_name
         }
-        nameless = {gid for gid, (_, info) in publishers.items() if info.node_name == NAMELESS}
+        nameless = {gid for gid, (_, info) in publishers.items() if info.node_name == _NAMELESS}
         self._wrong_type = sorted(
             {
                 f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
@@ -289,7 +289,7 @@ class PendingCommands:
                 f"{info.node_namespace}/{info.node_name}",
                 bytes(info.endpoint_gid[:GID_LENGTH]),
             )
-            for topic in TOPICS[: len(self._subscriptions)]
+            for topic in _TOPICS[: len(self._subscriptions)]
             for info in self._publishers_of(topic)
             if info.topic_type == topic.type_name
         ]
@@ -297,7 +297,7 @@ class PendingCommands:
         self._last_command = {
             gid: time for gid, time in self._last_command.items() if gid in present
         }
-        since = self._awake - round(LATELY * 1e9)
+        since = self._awake - round(_LATELY * 1e9)
         return CommandSources.of(
             endpoints, self._last_command, {g for g, t in self._last_command.items() if t >= since}
         )
@@ -310,12 +310,12 @@ class PendingCommands:
         elif path.silent:
             rules = path.rules
             warnings.append(
-                f"no command for {rules.age_limit:g} s: {WATCHDOG_TEXTS[rules.silence]}"
+                f"no command for {rules.age_limit:g} s: {_WATCHDOG_TEXTS[rules.silence]}"
             )
         if self._sources.alive > 1:
             names = " and ".join(
                 self._node.resolve_topic_name(topic.name)
-                for topic, count in zip(TOPICS, self._publishers, strict=True)
+                for topic, count in zip(_TOPICS, self._publishers, strict=True)
                 if count
             )
             alive, dead = self._sources

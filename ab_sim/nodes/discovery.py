@@ -25,20 +25,20 @@ variable of version 2 is set.
 """
 
 
-def ends_here() -> bool:
+def _ends_here() -> bool:
     """Return whether the environment limits discovery to this machine."""
     reach = os.environ.get(DISCOVERY_RANGE, RANGE)
     return reach == RANGE and not os.environ.get("ROS_STATIC_PEERS")
 
 
-def has_udp_only() -> bool:
+def _has_udp_only() -> bool:
     """Return whether the user chose UDP, and a discovery range in which ROS uses this choice."""
-    return not ends_here() and os.environ.get(TRANSPORTS, "").startswith("UDP")
+    return not _ends_here() and os.environ.get(TRANSPORTS, "").startswith("UDP")
 
 
 def unused_transports() -> str:
     """Return a warning if ROS does not use the user's choice of transports, else an empty text."""
-    if not (chosen := os.environ.get(TRANSPORTS)) or not ends_here():
+    if not (chosen := os.environ.get(TRANSPORTS)) or not _ends_here():
         return ""
     return (
         f"{TRANSPORTS} = {chosen}: ROS does not use it while {DISCOVERY_RANGE} is {RANGE}, "
@@ -66,21 +66,21 @@ def prepare() -> None:
     are not used on a network.
     """
     os.environ.setdefault(DISCOVERY_RANGE, RANGE)
-    if ends_here() and not any(variable in os.environ for variable, _ in PROFILES.values()):
+    if _ends_here() and not any(variable in os.environ for variable, _ in PROFILES.values()):
         variable, file = PROFILES[fast_dds()]
         os.environ[variable] = str(file)
 
 
 # DDSI-RTPS specification, 9.6.2: the port for unicast discovery of a participant is BASE
 # + PER_DOMAIN domain + FIRST + PER_PARTICIPANT participant.
-BASE, PER_DOMAIN, FIRST, PER_PARTICIPANT = 7400, 250, 10, 2
-SOCKETS = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
+BASE, PER_DOMAIN, FIRST, _PER_PARTICIPANT = 7400, 250, 10, 2
+_SOCKETS = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
 """Socket tables of the system."""
 MEMORY = Path("/dev/shm")
 """Folder of the files of shared memory."""
-FILLED = 2.0
+_FILLED = 2.0
 """Age at which Fast DDS has written a new file of shared memory [s]."""
-READS = 5
+_READS = 5
 """Number of reads of each socket table. The system writes the tables page by page, so that a read
 may miss sockets while others open or close. With three busy programs, 83 of 1,000 reads missed some
 of 100 sockets; none of 1,000 groups of five reads did."""
@@ -92,7 +92,7 @@ def participants_here() -> int | None:
     Each participant on this machine has a port that the DDSI specification determines. The number
     is known only if discovery is limited to this machine.
     """
-    if not ends_here():
+    if not _ends_here():
         return None
     sockets = _sockets()
     return None if sockets is None else len(sockets)
@@ -104,7 +104,7 @@ def unheard_users() -> str:
     These participants discover each other over UDP, but exchange no data, because data pass
     through shared memory, which belongs to one user.
     """
-    if has_udp_only():
+    if _has_udp_only():
         return ""
     users = sorted({_name(user) for user in (_sockets() or {}).values() if user != os.getuid()})
     if not users:
@@ -145,7 +145,7 @@ def _stays_empty(file: Path) -> bool:
     try:
         status = file.stat()
         if status.st_size == 0:
-            time.sleep(min(max(status.st_mtime + FILLED - time.time(), 0.0), FILLED))
+            time.sleep(min(max(status.st_mtime + _FILLED - time.time(), 0.0), _FILLED))
             status = file.stat()
     except OSError:
         return False
@@ -169,13 +169,13 @@ def _sockets() -> dict[int, int] | None:
     """Return the user id of each participant on this domain, by port; None if unknown."""
     try:
         first = BASE + PER_DOMAIN * _domain() + FIRST
-        files = [file for file in SOCKETS if file.exists()]
-        tables = [file.read_text() for file in files for _ in range(READS)]
+        files = [file for file in _SOCKETS if file.exists()]
+        tables = [file.read_text() for file in files for _ in range(_READS)]
     except (OSError, ValueError):
         return None
     bound = dict(_socket(line) for table in tables for line in table.splitlines()[1:])
     last = first + PER_DOMAIN - FIRST
-    ports = range(first, last, PER_PARTICIPANT)
+    ports = range(first, last, _PER_PARTICIPANT)
     return {port: bound[port] for port in ports if port in bound} if tables else None
 
 

@@ -19,7 +19,7 @@ from ab_sim.scene import Scene
 
 PATIENCE = 1.0
 """Longest time for which ~/step waits for commands [s]."""
-PROMPTLY = 0.2
+_PROMPTLY = 0.2
 """Longest time for which ~/emergency_stop waits for the end of steps in progress [s]."""
 
 
@@ -192,7 +192,7 @@ class DriveControl:
     def emergency_stop(self) -> Answer:
         """Decelerate to standstill as fast as the spindle can, and ignore commands."""
         try:
-            with self._node.active(patience=PROMPTLY) as session:
+            with self._node.active(patience=_PROMPTLY) as session:
                 if session.path.stopped:
                     return True, "stopped already"
                 session.take_commands()

@@ -14,7 +14,7 @@ from ab_sim.nodes.pacing import Pacer
 
 PERIOD = 1.0
 """Time between two reports, over which the real-time factor is measured [s]."""
-WINDOWS = (10, 60)
+_WINDOWS = (10, 60)
 """Longer windows over which the real-time factor is measured, in units of ``PERIOD``."""
 ABSENT = 10.0
 """Time after which a warning that disappeared is logged again if it returns [s]."""
@@ -54,7 +54,7 @@ class DriveHealth:
         self.tolerance, self._work_precision = tolerance, work_precision
         self.paced = True
         """True if simulated time has to keep pace with the clock."""
-        self._reports: deque[tuple[float, int]] = deque([(0.0, 0)], maxlen=max(WINDOWS) + 1)
+        self._reports: deque[tuple[float, int]] = deque([(0.0, 0)], maxlen=max(_WINDOWS) + 1)
         self._factor: float | None = None
         self._unresolved = 0
         self._overlaps, self._looked = OverlapAccumulator(drive.scene), 0
@@ -171,7 +171,7 @@ class DriveHealth:
             return {}
         factors = {"real-time factor": f"{self._factor:.4f}"}
         now, steps = self._reports[-1]
-        for window in WINDOWS:
+        for window in _WINDOWS:
             if len(self._reports) > window:
                 since, before = self._reports[-1 - window]
                 factor = (steps - before) * self._drive.step / (now - since)

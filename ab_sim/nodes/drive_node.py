@@ -26,10 +26,10 @@ from ab_sim.nodes.realtime import FairLock, StallGuard
 from ab_sim.nodes.session import INACTIVE, Session
 from ab_sim.scene import Scene
 
-PROMPT = 0.003
+_PROMPT = 0.003
 """Time between two checks for requests that the main loop serves [s]. A check costs as much as half
 a step, and no client needs an answer sooner."""
-UNCONFIGURED = "unconfigured: no scene is loaded"
+_UNCONFIGURED = "unconfigured: no scene is loaded"
 
 
 class DriveNode(ManagedNode):
@@ -50,7 +50,7 @@ class DriveNode(ManagedNode):
             self, values["scene"], values["hardware_id"], values["publish_clock"]
         )
         self._session: Session | None = None
-        self._state = Level.OK, UNCONFIGURED
+        self._state = Level.OK, _UNCONFIGURED
         self._reported = 0.0
         self.settings.accept_changes(self._check, self._apply)
 
@@ -89,7 +89,7 @@ class DriveNode(ManagedNode):
             session = self._session
             if session is None or not session.active:
                 state, transition = (
-                    (INACTIVE, "activate") if session else (UNCONFIGURED, "configure")
+                    (INACTIVE, "activate") if session else (_UNCONFIGURED, "configure")
                 )
                 name = self.get_fully_qualified_name()
                 raise CommandError(f"{state}; `ros2 lifecycle set {name} {transition}`")
@@ -158,7 +158,7 @@ class DriveNode(ManagedNode):
         with self._turn:
             self._session.close()
             self._session = None
-        self._tell(Level.OK, UNCONFIGURED)
+        self._tell(Level.OK, _UNCONFIGURED)
 
     def serve(self) -> None:
         """Advertise the services that control the node."""
@@ -183,7 +183,7 @@ class DriveNode(ManagedNode):
         with StallGuard(self, stopping, self._answer_urgently) as guard:
             while not self._stopped_after(self._rest(), stopping):
                 guard.begin()
-                if prompt := (now := time.monotonic()) - answered >= PROMPT:
+                if prompt := (now := time.monotonic()) - answered >= _PROMPT:
                     answered = now
                     super().answer()
                 with self._turn:

@@ -14,9 +14,9 @@ from ab_sim.base.errors import InputError
 
 SHORTEST = 1e-6
 """Upper bound of the first class [s]; shorter durations count as this one."""
-PER_DECADE = 40
+_PER_DECADE = 40
 """Number of classes per decade; a quantile is too long by at most 6 %."""
-DECADES = 9
+_DECADES = 9
 
 
 class DurationHistogram:
@@ -24,7 +24,7 @@ class DurationHistogram:
 
     def __init__(self) -> None:
         # A list, because its entries are incremented ten times as fast as those of an array.
-        self._counts = [0] * (PER_DECADE * DECADES + 1)
+        self._counts = [0] * (_PER_DECADE * _DECADES + 1)
         self.count = 0
         """Number of durations."""
         self.worst = 0.0
@@ -33,7 +33,7 @@ class DurationHistogram:
     def add(self, duration: float) -> None:
         """Count a duration [s]."""
         ratio = max(duration, SHORTEST) / SHORTEST
-        place = math.ceil(PER_DECADE * math.log10(ratio) - 1e-9)
+        place = math.ceil(_PER_DECADE * math.log10(ratio) - 1e-9)
         self._counts[min(place, len(self._counts) - 1)] += 1
         self.count += 1
         self.worst = max(self.worst, duration)
@@ -45,7 +45,7 @@ class DurationHistogram:
         place = int(np.searchsorted(np.cumsum(self._counts), math.ceil(share * self.count)))
         if place == len(self._counts) - 1:
             return self.worst
-        return min(SHORTEST * 10.0 ** (place / PER_DECADE), self.worst)
+        return min(SHORTEST * 10.0 ** (place / _PER_DECADE), self.worst)
 
     def values(self, what: str) -> dict[str, str]:
         """Return quantiles and maximum for the diagnostics; ``what`` begins their names."""
@@ -100,7 +100,7 @@ class StageTimer:
         self._longest = dict.fromkeys(self._names, 0)
 
 
-WARM_UP = 25
+_WARM_UP = 25
 """Number of wake-ups after each start that are not counted in the distribution of the lateness.
 Dropped steps and the worst lateness count from the first wake-up on."""
 STILL = 0.1
@@ -156,7 +156,7 @@ class Pacer:
         self._patience = patience
         self._factor = 1.0
         self.lateness = DurationHistogram()
-        """Lateness of wake-ups [s], without the first ``WARM_UP`` ones after each start."""
+        """Lateness of wake-ups [s], without the first ``_WARM_UP`` ones after each start."""
         self.total = Pacing()
         self._recent = Pacing()
         self._origin = 0.0
@@ -194,7 +194,7 @@ class Pacer:
         """Return the number of steps to take at this wake-up, and plan the next one."""
         lateness = max(now - self._deadline, 0.0)
         self._count(0, lateness, lateness >= self.period)
-        if self._wakes > WARM_UP:
+        if self._wakes > _WARM_UP:
             self.lateness.add(lateness)
         # Deadlines stay on their grid. Passed deadlines are skipped, but their steps are not.
         self._wakes += math.floor(lateness / self.period) + 1

@@ -179,9 +179,9 @@ class Parameters:
         return {**self.values, **checked}
 
 
-QOS = "qos_overrides."
+_QOS = "qos_overrides."
 """Prefix of the names of parameters that override a topic's quality of service."""
-QOS_POLICIES: dict[str, Sequence[str]] = {
+_QOS_POLICIES: dict[str, Sequence[str]] = {
     "reliability": ("reliable", "best_effort"),
     "history": ("keep_last", "keep_all"),
     "depth": (),  # a number
@@ -198,7 +198,7 @@ def _refuse_undeclared(node: BaseNode) -> None:
     """
     declared, shared, foreign = list(node.parameter_values()), _shared_parameters(sys.argv), []
     for name, parameter in node.handle.get_parameters(Parameter).items():
-        if name.startswith(QOS):
+        if name.startswith(_QOS):
             _check_override(name, parameter.value)
         elif node.has_parameter(name):
             continue
@@ -302,14 +302,14 @@ def recording_folder(path: str) -> Path:
 
 def _check_override(name: str, value: Any) -> None:
     """Refuse an unknown QoS policy, which ROS would ignore, and an invalid value."""
-    _, _, end_and_policy = name.removeprefix(QOS).partition(".")
+    _, _, end_and_policy = name.removeprefix(_QOS).partition(".")
     end, _, policy = end_and_policy.partition(".")
-    if end not in ("publisher", "subscription") or policy not in QOS_POLICIES:
+    if end not in ("publisher", "subscription") or policy not in _QOS_POLICIES:
         raise InputError(
-            f"parameter {name}: must be {QOS}TOPIC.publisher or .subscription, with one of "
-            + ", ".join(f".{policy}" for policy in QOS_POLICIES)
+            f"parameter {name}: must be {_QOS}TOPIC.publisher or .subscription, with one of "
+            + ", ".join(f".{policy}" for policy in _QOS_POLICIES)
         )
-    if allowed := QOS_POLICIES[policy]:
+    if allowed := _QOS_POLICIES[policy]:
         if value not in allowed:
             raise InputError(f"parameter {name} = {short(value)}: must be {' or '.join(allowed)}")
     elif not isinstance(value, int) or isinstance(value, bool) or value < 1:

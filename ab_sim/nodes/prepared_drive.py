@@ -21,7 +21,7 @@ from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import whole_ratio
 from ab_sim.scene import Scene, load_scene
 
-LONGEST_CHECK = 0.25
+_LONGEST_CHECK = 0.25
 """Largest duration of an error check at one wake-up, as a fraction of the wake-up period."""
 
 
@@ -125,7 +125,7 @@ class PreparedDrive:
         """
         if not share or any(fault.verb == "slips" for fault in self.drive.faults):
             return None
-        return LiveChecks(self.drive, share, longest=LONGEST_CHECK / self._rates.wake)
+        return LiveChecks(self.drive, share, longest=_LONGEST_CHECK / self._rates.wake)
 
     def description(self) -> dict[str, Any]:
         """Return the description of the simulated drive."""

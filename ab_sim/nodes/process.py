@@ -23,11 +23,11 @@ from ab_sim.base.errors import AbSimError, InputError, shortened, visible
 from ab_sim.nodes import discovery
 from ab_sim.nodes.discovery import stuck_ports, unheard_users
 
-SECURITY = "ROS_SECURITY_ENABLE"
+_SECURITY = "ROS_SECURITY_ENABLE"
 """Environment variable that turns on ROS's security (SROS 2)."""
-MOST_DOMAIN = 232
+_MOST_DOMAIN = 232
 """Largest domain id whose UDP port numbers exist (DDSI-RTPS, 9.6.2)."""
-UNREADABLE = re.compile(r"params file: '--params-file (.+)'\. Error: (.+?)\s*, at /", re.DOTALL)
+_UNREADABLE = re.compile(r"params file: '--params-file (.+)'\. Error: (.+?)\s*, at /", re.DOTALL)
 """Part of rcl's error that names a parameter file and what is wrong with it."""
 
 
@@ -67,10 +67,10 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
             ) from error
         if "SECURITY ERROR" in str(error):
             raise InputError(
-                f"{SECURITY} = 'true': {error}; set ROS_SECURITY_KEYSTORE to a keystore with an "
-                f"enclave for this node, or unset {SECURITY}"
+                f"{_SECURITY} = 'true': {error}; set ROS_SECURITY_KEYSTORE to a keystore with an "
+                f"enclave for this node, or unset {_SECURITY}"
             ) from error
-        if unreadable := UNREADABLE.search(str(error)):
+        if unreadable := _UNREADABLE.search(str(error)):
             raise InputError(
                 f"parameter file {unreadable[1]}: ROS cannot read it: {unreadable[2]}; it must be "
                 "YAML of the form `NODE: {ros__parameters: {name: value}}`, without anchors"
@@ -84,18 +84,18 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
 def _check_domain() -> None:
     """Refuse a domain id for which DDS has no ports; its own error does not name the variable."""
     domain = os.environ.get("ROS_DOMAIN_ID", "")
-    if domain and not (domain.isdecimal() and int(domain) <= MOST_DOMAIN):
+    if domain and not (domain.isdecimal() and int(domain) <= _MOST_DOMAIN):
         raise InputError(
-            f"ROS_DOMAIN_ID = {domain!r}: must be a whole number from 0 to {MOST_DOMAIN}; set "
+            f"ROS_DOMAIN_ID = {domain!r}: must be a whole number from 0 to {_MOST_DOMAIN}; set "
             "another one, or unset it for 0"
         )
 
 
 def _check_security() -> None:
     """Refuse to start with SROS 2 if the installed Fast DDS has no security plug-ins."""
-    if os.environ.get(SECURITY, "").lower() == "true" and discovery.from_pypi():
+    if os.environ.get(_SECURITY, "").lower() == "true" and discovery.from_pypi():
         raise InputError(
-            f"{SECURITY} = {os.environ[SECURITY]!r}: the Fast DDS from PyPI has no security "
+            f"{_SECURITY} = {os.environ[_SECURITY]!r}: the Fast DDS from PyPI has no security "
             "plug-ins (SROS 2); unset it, or use the ROS 2 of a distribution"
         )
 
@@ -119,7 +119,7 @@ def _as_parameter(stray: str) -> str:
     return stray.lstrip("-") if ":=" in stray else "name:=value"
 
 
-NOTICED = 0.2
+_NOTICED = 0.2
 """Time for peers to notice that the node has gone, before its participant leaves [s]. With a peer
 that was repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
 
@@ -194,10 +194,10 @@ def _leave_graph(node: Node) -> None:
                 waitable.destroy()  # `destroy_node` does not, and the node would remain visible
         node.destroy_node()
         last.destroy_node()
-        time.sleep(NOTICED)
+        time.sleep(_NOTICED)
 
 
-LINGER = 0.5
+_LINGER = 0.5
 """Longest time for subscribers to receive the last messages [s]."""
 ENOUGH = 0.5
 """Longest time for a running callback to return when the node exits [s]."""
@@ -314,11 +314,11 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
 
 
 def _wait_for_acknowledgements(node: Node) -> None:
-    """Wait until subscribers have received the last messages, for at most ``LINGER``.
+    """Wait until subscribers have received the last messages, for at most ``_LINGER``.
 
     Acknowledgements may take a heartbeat period, which is 3 s if ``discovery`` could not shorten
     it. The samples themselves mostly arrive much earlier.
     """
-    end = time.monotonic() + LINGER
+    end = time.monotonic() + _LINGER
     for publisher in node.publishers:
         publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))

@@ -38,21 +38,21 @@ from ab_sim.nodes.timed_run import (
 )
 from ab_sim.scene.load import load_profile
 
-REPORT_PERIOD = 1.0
+_REPORT_PERIOD = 1.0
 """Time between two diagnostics messages [s]."""
 GLANCE = 0.05
 """Time between two checks for changes of subscribers and status [s]."""
-RECORDER = "recorder"
+_RECORDER = "recorder"
 """Name of the node that subscribes to commands without obeying them."""
 LATE = 5
 """Number of times that a late trajectory is sent again before the profile is aborted."""
-DISCOVERY = 0.5
+_DISCOVERY = 0.5
 """Longest time for the discovery of a drive's subscription to trajectories [s]."""
-NOT_SIMULATED = (
+_NOT_SIMULATED = (
     "use_sim_time is not set: only a simulated drive can be restored; start this node with it"
 )
 
-PROFILE_PARAMETERS = (
+_PROFILE_PARAMETERS = (
     LOAD,
     ParameterSpec(
         "profile",
@@ -118,7 +118,7 @@ class ProfileController(BaseNode):
 
     def __init__(self) -> None:
         super().__init__("profile_controller")
-        self._settings = Parameters(self, PROFILE_PARAMETERS)
+        self._settings = Parameters(self, _PROFILE_PARAMETERS)
         values = self._settings.values
         self._slope, self._silence = values["abort_deceleration"], values["vibration_timeout"]
         self._lead = values["lead_time"]
@@ -187,7 +187,7 @@ class ProfileController(BaseNode):
         """Save the present state to the file of the parameter `snapshot`."""
         path = path_of(self._settings.values["snapshot"])
         if not self._simulated:
-            return False, NOT_SIMULATED
+            return False, _NOT_SIMULATED
         with self._lock:
             snapshot, status = self._timed.snapshot(), self._timed.run.status
             sent = None if self._sent is None else self._sent.start
@@ -201,7 +201,7 @@ class ProfileController(BaseNode):
         """
         path = path_of(self._settings.values["snapshot"])
         if not self._simulated:
-            return False, NOT_SIMULATED
+            return False, _NOT_SIMULATED
         snapshot = read_profile_snapshot(path)
         named = snapshot.made_of is not None
         plan = self._plan(snapshot.source, snapshot.changes) if named else None
@@ -243,7 +243,7 @@ class ProfileController(BaseNode):
         return {
             f"{info.node_namespace.rstrip('/')}/{info.node_name}"
             for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
-            if info.node_name != RECORDER
+            if info.node_name != _RECORDER
         }
 
     def run(self, stopping: threading.Event) -> None:
@@ -266,7 +266,7 @@ class ProfileController(BaseNode):
                 if self._waits:
                     self._start_when_ready()
                 present = self.listeners, self.status
-                if now - reported >= REPORT_PERIOD or present != seen:
+                if now - reported >= _REPORT_PERIOD or present != seen:
                     reported, seen = now, present
                     self.report()
             now = time.monotonic()
@@ -354,7 +354,7 @@ class ProfileController(BaseNode):
         A drive's subscriptions are discovered one after the other, so wait for a moment before the
         first start. Later starts do not wait, because commands would stop meanwhile.
         """
-        end = time.monotonic() + (0.0 if self._published else DISCOVERY)
+        end = time.monotonic() + (0.0 if self._published else _DISCOVERY)
         while not (listeners := self._listeners_to(self._trajectory)) and time.monotonic() < end:
             time.sleep(0.01)
         return bool(listeners)

@@ -26,7 +26,7 @@ from ab_sim.nodes.base_node import Goal, GoalServer
 
 GAVE_UP = "at the final speed, but "
 """Beginning of the message on a profile that ended with a problem; the reason follows."""
-HEALTH = {
+_HEALTH = {
     ProfileState.IDLE: "waiting for ~/start",
     ProfileState.DONE: "profile done, holding its final speed",
     ProfileState.ABORTED: "aborted, commanding standstill",
@@ -40,13 +40,13 @@ def log_text(status: str, well: bool = True) -> str:
     state = ProfileState(word)
     if state is ProfileState.DONE and not well:
         return f"{GAVE_UP}{more}"
-    words = HEALTH.get(state, status)
+    words = _HEALTH.get(state, status)
     return f"{words}; {more}" if more and more not in words else words
 
 
 def health_of(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
     """Return level, message and values of the diagnostics."""
-    message = HEALTH.get(run.state, run.status)
+    message = _HEALTH.get(run.state, run.status)
     if run.why and run.state is ProfileState.DONE:
         message = f"{GAVE_UP}{run.why}"
     elif run.why and run.why not in message:
@@ -89,11 +89,11 @@ def outcome_of(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:
     return Outcome(f"{first}{run.status}{why}", run.command, elapsed)
 
 
-FEEDBACK_PERIOD = 0.1
+_FEEDBACK_PERIOD = 0.1
 """Time between two feedback messages if the status does not change [s]."""
-GOODBYE = 1.0
+_GOODBYE = 1.0
 """Longest time for the last result to be sent when the node exits [s]."""
-LINGER = 0.3
+_LINGER = 0.3
 """Time for the last result to arrive at the client [s]."""
 
 
@@ -124,7 +124,7 @@ class ProfileAction:
     def tell(self, progress: Callable[[], Progress], status: str) -> None:
         """Send feedback to the goal's client if it is due, or if the status has changed."""
         now = time.monotonic()
-        due = status != self._sent_status or now - self._sent_at >= FEEDBACK_PERIOD
+        due = status != self._sent_status or now - self._sent_at >= _FEEDBACK_PERIOD
         if self._goal is not None and due:
             self._sent_at, self._sent_status = now, status
             self._goal.publish_feedback(actions.feedback_of(progress()))
@@ -142,9 +142,9 @@ class ProfileAction:
         if self._goal is not None:
             self._left.clear()
             self.finish(False, outcome)
-            self._left.wait(GOODBYE)
+            self._left.wait(_GOODBYE)
             # An answer is not acknowledged, and is lost if its sender exits too soon.
-            time.sleep(LINGER)
+            time.sleep(_LINGER)
 
     def _accepted(self, goal: Goal) -> None:
         """Start the profile of a new goal, or abort the goal with the reason."""
@@ -179,7 +179,7 @@ def _best_effort(topic: Topic, depth: int) -> Topic:
 VIBRATION = _best_effort(topics.VIBRATION, 100)
 SPINDLE = _best_effort(topics.JOINT_STATES, 100)
 
-IF_A_PROBE = (
+_IF_A_PROBE = (
     "; without a scene, the profile's sensor is taken as an accelerometer: for a proximity probe, "
     "name a scene that has it in probes"
 )
@@ -224,7 +224,7 @@ class ProfileSubscriptions:
             for topic in wanted:
                 if topic.publishers(self._node) == 0:
                     name = self._node.resolve_topic_name(topic.name)
-                    probe = "" if inputs.probe or inputs.sensor is None else IF_A_PROBE
+                    probe = "" if inputs.probe or inputs.sensor is None else _IF_A_PROBE
                     return f"no node publishes {name}, and {why}{probe}"
         return ""
 

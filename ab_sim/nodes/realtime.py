@@ -13,7 +13,7 @@ from rclpy.node import Node
 from ab_sim.base import interruption
 from ab_sim.nodes.process import leave_graph
 
-MCL_CURRENT, MCL_FUTURE = 1, 2
+_MCL_CURRENT, _MCL_FUTURE = 1, 2
 """Flags of mlockall: lock present pages, and pages that are mapped later."""
 
 
@@ -45,7 +45,7 @@ def lock_memory() -> str:
     """Lock all memory of the process (mlockall); return an empty text, or reason and remedy."""
     try:
         libc = ctypes.CDLL(None, use_errno=True)
-        if libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0:
+        if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) == 0:
             return ""
         reason = os.strerror(ctypes.get_errno())
     except (OSError, AttributeError) as error:
@@ -144,9 +144,9 @@ class FairLock:
 
 GLANCE = 0.1
 """Time between two checks of the loop [s]."""
-STALLED = 0.5
+_STALLED = 0.5
 """Duration of an iteration of the loop above which the loop counts as stalled [s]."""
-GRACE = 2.0
+_GRACE = 2.0
 """Longest time for a stalled loop to end after a signal [s]."""
 LEAVING = 2.0
 """Longest time for the node of a stalled loop to leave the graph [s]."""
@@ -188,7 +188,7 @@ class StallGuard:
     def _watch(self) -> None:
         """Check the loop until the guard is left.
 
-        A stalled loop gets ``GRACE`` seconds to end after a stop was requested, counted from the
+        A stalled loop gets ``_GRACE`` seconds to end after a stop was requested, counted from the
         later of the request and the beginning of its iteration.
         """
         requested: float | None = None
@@ -196,9 +196,9 @@ class StallGuard:
             now, begun = time.monotonic(), self._begun
             if self._stopping.is_set() and requested is None:
                 requested = now
-            if begun is None or now - begun < STALLED:
+            if begun is None or now - begun < _STALLED:
                 continue
-            if requested is not None and now - max(requested, begun) >= GRACE:
+            if requested is not None and now - max(requested, begun) >= _GRACE:
                 self._leave(now - begun)
             self._answer()
 

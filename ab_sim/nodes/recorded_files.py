@@ -89,11 +89,11 @@ def _free(path: Path) -> Path:
     return free
 
 
-REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
+REAL_TIME_FACTOR, COMMANDS = _SCALARS = ("real_time_factor", "commands_received")
 """Names of the scalars that a recorder writes."""
 RETRY = 1.0
 """Time between two attempts to begin a file [s]."""
-TAKING_TURNS = 20.0
+_TAKING_TURNS = 20.0
 """Shortest time [s] between two new files while several drives publish.
 
 Their steps alternate, so that steps decrease at almost every block, and each would begin a file.
@@ -209,7 +209,7 @@ class RecordedFiles:
         elif first < expected:
             # The drive was reset. A new file begins, because steps in a recording must increase.
             now = time.monotonic()
-            if now - self._ran_back < TAKING_TURNS and (drives := self._drives()) > 1:
+            if now - self._ran_back < _TAKING_TURNS and (drives := self._drives()) > 1:
                 raise MalformedMessage(
                     f"vibration/block: {drives} drives publish it, and blocks whose steps decrease "
                     "are omitted: end all drives but one, or give each a namespace"
@@ -312,7 +312,7 @@ class RecordedFiles:
         try:
             recording = Recording(path, description=self._description, index=False, is_shown=True)
             if channels := self._description.get("channels"):
-                recording.lay_out(channels, SCALARS)
+                recording.lay_out(channels, _SCALARS)
         except RecordingError as error:
             self._logger.warning(f"the viewer gets no data: {error}")
             return

@@ -36,17 +36,17 @@ from ab_sim.record.recording import AROUND
 from ab_sim.record.recording.drawing import Drawing
 from ab_sim.show.viewing import Viewer
 
-NICENESS = 5
+_NICENESS = 5
 """Difference by which the recorder's priority is lower than that of the drive (`man nice`)."""
-WRITE_PERIOD = 0.1
+_WRITE_PERIOD = 0.1
 """Time between two writes [s]: a viewer lags by this time, and a killed recorder loses it."""
-REPORT_PERIOD = 1.0
+_REPORT_PERIOD = 1.0
 """Time between two diagnostics messages [s]."""
 SILENCE = 5.0
 """Time without a drive after which the recorder warns [s]."""
 NONE = "none"
 """Value of the parameter ``view``: no viewer."""
-RECORDER_PARAMETERS = (
+_RECORDER_PARAMETERS = (
     ParameterSpec(
         "path", "", ".rrd file to write; empty: recordings/<date>_<time>.rrd", fixed=True
     ),
@@ -111,7 +111,7 @@ class Recorder(BaseNode):
 
     def __init__(self) -> None:
         super().__init__("recorder")
-        values = Parameters(self, RECORDER_PARAMETERS).values
+        values = Parameters(self, _RECORDER_PARAMETERS).values
         path, view, bag, length = (values[name] for name in ("path", "view", "bag", "queue"))
         kept = self._kept_file(path, view, bag, values["keep"])
         self._viewer = self._start_viewer(view, values["web_port"])
@@ -222,10 +222,10 @@ class Recorder(BaseNode):
         """Write and report periodically until stopped; warn if there is no drive."""
         began = reported = time.monotonic()
         warned = False
-        while not stopping.wait(WRITE_PERIOD):
+        while not stopping.wait(_WRITE_PERIOD):
             self._write_all()
             now = time.monotonic()
-            if now - reported >= REPORT_PERIOD:
+            if now - reported >= _REPORT_PERIOD:
                 reported = now
                 self._report(self._state())
             if self._description is None and not warned and now - began > SILENCE:
@@ -379,7 +379,7 @@ def main() -> None:
     """Run the node."""
     # The drive must not be late, so the recorder has a lower priority, and also viewers, which are
     # started from here.
-    os.nice(NICENESS)
+    os.nice(_NICENESS)
     share_heaps()
     run_node(Recorder, Recorder.run)
 

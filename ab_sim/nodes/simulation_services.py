@@ -94,10 +94,10 @@ NOT_FOUND = (
     "simulation_interfaces is not found: the drive has the services of std_srvs only; `make action`"
     " builds it for ROS from PyPI, a distribution has ros-ROS_DISTRO-simulation-interfaces"
 )
-LONGEST_FILTER = 40
+_LONGEST_FILTER = 40
 """Largest number of characters of a filter for names. Longer regular expressions, and those with
 repeated groups, may take seconds, in which the drive is stopped."""
-MOST_STEPS = 10_000
+_MOST_STEPS = 10_000
 """Largest number of wake-ups in one request; meanwhile, no other request is answered."""
 
 
@@ -262,11 +262,11 @@ class SimulationServices:
         self._done(resets[request.scope]())
 
     def _step(self, request: Any, response: Any) -> None:
-        if request.steps > MOST_STEPS:
+        if request.steps > _MOST_STEPS:
             raise RefusedRequest(
                 self._codes.RESULT_OPERATION_FAILED,
-                f"steps = {request.steps}: must be at most {MOST_STEPS}; the action simulate_steps "
-                "takes more, and can be canceled",
+                f"steps = {request.steps}: must be at most {_MOST_STEPS}; the action "
+                "simulate_steps takes more, and can be canceled",
             )
         self._done(self._control.step(request.steps))
 
@@ -335,10 +335,11 @@ class SimulationServices:
                 self._codes.RESULT_FEATURE_UNSUPPORTED,
                 "filters: entities have names only, no categories, tags or bounds; use filter",
             )
-        if len(filters.filter) > LONGEST_FILTER or re.search(r"\)[*+{]", filters.filter):
+        if len(filters.filter) > _LONGEST_FILTER or re.search(r"\)[*+{]", filters.filter):
             raise RefusedRequest(
                 self._codes.RESULT_OPERATION_FAILED,
-                f"filter: must have at most {LONGEST_FILTER} characters, and repeat no group (...)",
+                f"filter: must have at most {_LONGEST_FILTER} characters, and repeat no group "
+                "(...)",
             )
         try:
             wanted = re.compile(filters.filter or ".*")

@@ -22,13 +22,13 @@ from ab_sim.nodes.adaptive_execution import AdaptiveExecution
 from ab_sim.scene.load import RequestedProfile
 from ab_sim.scene.profiles import AdaptiveProfile
 
-FORMAT = "ab_sim profile snapshot"
+_FORMAT = "ab_sim profile snapshot"
 """Value of the key ``format`` in a snapshot's file."""
-OTHERWISE = (
+_OTHERWISE = (
     "not a snapshot of a profile controller; the drive's ~/restore_snapshot reads snapshots of "
     "drives"
 )
-WHO = "ab_sim.nodes.timed_run"
+_WHO = "ab_sim.nodes.timed_run"
 """Module whose version a snapshot must match."""
 
 
@@ -61,7 +61,7 @@ def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
     Raises:
         InputError: the file cannot be written.
     """
-    write_content(path, {"format": FORMAT, **origin(WHO), **snapshot._asdict()})
+    write_content(path, {"format": _FORMAT, **origin(_WHO), **snapshot._asdict()})
 
 
 def read_profile_snapshot(path: Path) -> ProfileSnapshot:
@@ -70,8 +70,8 @@ def read_profile_snapshot(path: Path) -> ProfileSnapshot:
     Raises:
         InputError: the file is missing or damaged, or from another version of ab_sim.
     """
-    content = read_content(path, FORMAT, OTHERWISE)
-    check_origin(path, content, WHO)
+    content = read_content(path, _FORMAT, _OTHERWISE)
+    check_origin(path, content, _WHO)
     try:
         return ProfileSnapshot(
             entry(content, "time", _time),
@@ -90,7 +90,7 @@ def _time(value: Any) -> int:
     return whole(value, 0)
 
 
-PERIODS_AGREE = 1e-9
+_PERIODS_AGREE = 1e-9
 """Largest relative difference between the periods of an adaptive start-up and of the commands."""
 
 
@@ -115,7 +115,7 @@ class CheckedProfile:
         self._settings: StartUpSettings | None = None
         profile = requested.profile
         if isinstance(profile, AdaptiveProfile):
-            if abs(profile.command_period / period - 1.0) > PERIODS_AGREE:
+            if abs(profile.command_period / period - 1.0) > _PERIODS_AGREE:
                 raise InputError(
                     f"profile.command_period = {exact(profile.command_period)} s: this node "
                     f"commands every {exact(period)} s; start it with command_rate = "
@@ -184,7 +184,7 @@ def _settings(requested: RequestedProfile, profile: AdaptiveProfile) -> StartUpS
     return profile.settings(SensorFacts("acceleration", 2))
 
 
-LEAP = 2_000_000_000
+_LEAP = 2_000_000_000
 """Advance of a clock between two commands from which on it may be a jump [ns]."""
 FASTEST = 200.0
 """Largest ratio of simulated to real time; a faster advance is a jump."""
@@ -274,7 +274,7 @@ class TimedRun:
         before = self._now
         if now >= before and not self._due(before, now):
             return None
-        if before == self._began == 0 and now >= LEAP:
+        if before == self._began == 0 and now >= _LEAP:
             # Started before the first message on /clock: the profile begins now.
             before = self._began = now
             self.run.shift(now * 1e-9)
@@ -368,6 +368,6 @@ class TimedRun:
             # The drive was reset or restarted, and is at its start.
             self._warn(leapt)
             self.run.drop(leapt)
-        elif now - before >= max(LEAP, round(1e9 * FASTEST * passed)):
+        elif now - before >= max(_LEAP, round(1e9 * FASTEST * passed)):
             self._warn(leapt)
             self.run.abort(now * 1e-9, leapt)

@@ -16,7 +16,7 @@ AXES = 3
 """Number of values of a mount's stiffness or damping, one per axis."""
 ZERO = {"start.ball_rates": 0.0, "race.height": 0.0, "balls.race": 0}
 """Keys that take a list or one number for all entries, with their default."""
-NAMED = ("sensors", "probes")
+_NAMED = ("sensors", "probes")
 """Sections whose keys are free names, so that digits in such a key are a name and no index."""
 
 
@@ -95,7 +95,7 @@ def value_at(raw: Mapping[str, Any], key: str) -> Any:
     here: Any = raw
     path = ""
     for part in key.split("."):
-        here = listed(path, here, _balls(raw))
+        here = _listed(path, here, _balls(raw))
         if isinstance(here, list):
             here = here[_place(here, part, path, key)]
         else:
@@ -104,7 +104,7 @@ def value_at(raw: Mapping[str, Any], key: str) -> Any:
     return here
 
 
-def listed(path: str, value: Any, balls: int) -> Any:
+def _listed(path: str, value: Any, balls: int) -> Any:
     """Expand one number that stands for all entries to a list; return other values unchanged.
 
     Args:
@@ -176,9 +176,9 @@ def _owner(
         path = _joined(path, section)
         inner = here[place] if isinstance(here, list) else here.get(place)
         if create:
-            inner = listed(path, inner, balls)
+            inner = _listed(path, inner, balls)
         if inner is None and create:
-            if following.isdecimal() and path not in NAMED:
+            if following.isdecimal() and path not in _NAMED:
                 raise SceneError(
                     f"{change.origin}: the scene gives no {path}; give the whole list, {path}=[...]"
                 )

@@ -19,7 +19,7 @@ from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 ENTRY, NAME = "N", "NAME"
 """Placeholders in keys for the number of an entry in a list, and for a free name."""
-NONE, REQUIRED = "-", "required"
+NONE, _REQUIRED = "-", "required"
 
 
 class SceneKey(NamedTuple):
@@ -117,7 +117,7 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
         yield from _below(f"{key}.{ENTRY}", entry, sections)
     else:
         meaning, unit = schema.get("description", ""), schema.get("unit", NONE)
-        default = REQUIRED if needed else _default(schema.get("default"))
+        default = _REQUIRED if needed else _default(schema.get("default"))
         yield SceneKey(key, unit, _range(schema, choices), default, meaning)
         lists = [
             alternative for alternative in (schema, *choices) if alternative.get("type") == "array"
@@ -165,7 +165,7 @@ def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[Scene
 def _section_row(key: str, schema: Schema, needed: bool) -> SceneKey:
     """Return the row of a section, with the first paragraph of its description as the meaning."""
     meaning = schema["description"].partition("\n\n")[0] if "description" in schema else ""
-    return SceneKey(key, NONE, NONE, REQUIRED if needed else NONE, " ".join(meaning.split()))
+    return SceneKey(key, NONE, NONE, _REQUIRED if needed else NONE, " ".join(meaning.split()))
 
 
 def _default(value: Any) -> str:

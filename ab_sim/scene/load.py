@@ -226,7 +226,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 GIVEN = "the profile in braces"
 """Name in messages of a profile that is passed as text."""
-INF = float("inf")
+_INF = float("inf")
 
 
 class RequestedProfile(NamedTuple):
@@ -281,7 +281,7 @@ def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> Requeste
         profile: AnyProfile = TypeAdapter(Profile).validate_python(
             without_units(whole).get("profile")
         )
-        check_profile(profile, 0.0, INF, INF)
+        check_profile(profile, 0.0, _INF, _INF)
     except ValidationError as error:
         raise SceneError(
             "\n".join(f"{origin}: {problem}" for problem in explain(error, ("profile",)))

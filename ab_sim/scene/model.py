@@ -28,7 +28,7 @@ from ab_sim.scene.sections import (
 )
 from ab_sim.scene.sensors import Probes, Sampled, Sensors
 
-IN_PLANE = ("deck_force", "space_force")
+_IN_PLANE = ("deck_force", "space_force")
 IN_SPACE = ("mount_stiffening",)
 """Methods by which effects act on a deck in the plane of the disc, and on one in space."""
 
@@ -403,7 +403,7 @@ def _check_deck(scene: Scene) -> None:
                 f"{key} = {race}: there is no such race; race.height has {len(heights)}, counted "
                 "from 0"
             )
-    _check_effects(scene, IN_PLANE, IN_SPACE, "a deck in the plane", "the scene has one in space")
+    _check_effects(scene, _IN_PLANE, IN_SPACE, "a deck in the plane", "the scene has one in space")
 
 
 def _check_plane(scene: Scene) -> None:
@@ -423,7 +423,7 @@ def _check_plane(scene: Scene) -> None:
                 f"{key}: has no meaning for a deck that moves in the plane of the disc; remove it, "
                 "or describe the deck in space (sections deck and mounts)"
             )
-    _check_effects(scene, IN_SPACE, IN_PLANE, "a deck in space", "the scene has one in the plane")
+    _check_effects(scene, IN_SPACE, _IN_PLANE, "a deck in space", "the scene has one in the plane")
 
 
 def _check_effects(
@@ -441,7 +441,7 @@ def _check_effects(
     for name, effect in scene.effects.items():
         acts_there = any(hasattr(effect, method) for method in others)
         if acts_there and not any(hasattr(effect, method) for method in methods):
-            instead = "; describe the springs as mounts" if others == IN_PLANE else ""
+            instead = "; describe the springs as mounts" if others == _IN_PLANE else ""
             raise ValueError(
                 f"effects.{name}: acts on {whose} only, and {here}; remove it{instead}"
             )

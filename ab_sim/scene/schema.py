@@ -14,7 +14,7 @@ from ab_sim.scene.units import NUMBER
 
 Schema = dict[str, Any]
 
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
 WITH_UNIT = rf"^\s*{NUMBER}\s*[A-Za-zµμ°(]"
 """Beginning of a number with its unit; ``check_scene`` checks the unit itself."""
 _BOUNDS = {
@@ -32,7 +32,7 @@ def scene_schema() -> Schema:
     """Return the JSON Schema, draft 2020-12, of a scene file; for editors."""
     schema = bare_schema()
     _with_units(schema)
-    return {"$schema": DIALECT, "title": "Scene of ab_sim", **schema}
+    return {"$schema": _DIALECT, "title": "Scene of ab_sim", **schema}
 
 
 def bare_schema() -> Schema:

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from ab_sim.base.errors import exact
 from ab_sim.scene.quantities import Number, Section, quantity
 
-MOST_SEGMENTS = 1000
+_MOST_SEGMENTS = 1000
 KIND: Any = Field(description="kind of the profile, which decides its other keys")
 Speeds = tuple[float, float]
 """Lowest and highest possible speed [rad/s]."""
@@ -152,7 +152,7 @@ class SegmentsProfile(Section):
     segments: tuple[Segment, ...] = Field(
         description="segments in order, each with one of to, hold, duration, until",
         min_length=1,
-        max_length=MOST_SEGMENTS,
+        max_length=_MOST_SEGMENTS,
     )
 
     def speeds(self, first: float) -> Iterator[Speeds]:

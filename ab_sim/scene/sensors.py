@@ -35,13 +35,13 @@ def arm_frame(number: int) -> str:
     return f"{ball_frame(number)}_arm"
 
 
-RESERVED = rf"{HOUSING}|{DECK}|{SPINDLE}|race_\d+|ball_\d+(_arm)?"
+_RESERVED = rf"{HOUSING}|{DECK}|{SPINDLE}|race_\d+|ball_\d+(_arm)?"
 """Regular expression of the names that are reserved for a drive's own frames."""
 
 
-def is_reserved(name: str) -> bool:
+def _is_reserved(name: str) -> bool:
     """Return whether a name is reserved for a drive's own frames, so that no sensor may have it."""
-    return re.fullmatch(RESERVED, name) is not None
+    return re.fullmatch(_RESERVED, name) is not None
 
 
 RATE_TOLERANCE = 1e-6
@@ -224,7 +224,7 @@ def _name(value: Any) -> Any:
         raise ValueError(
             "the name must have at most 64 small letters, digits and _, and begin with a letter"
         )
-    if is_reserved(value):
+    if _is_reserved(value):
         raise ValueError(
             f"the name {value} is that of another frame of the drive; choose one that is not "
             "deck, drive_housing, spindle, or race or ball with a number"
@@ -235,11 +235,11 @@ def _name(value: Any) -> Any:
 SensorName = Annotated[
     str,
     BeforeValidator(_name),
-    InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({RESERVED})$"}}]}),
+    InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({_RESERVED})$"}}]}),
 ]
-BY_DEFAULT = BeforeValidator(lambda value: {} if value is None else value)
+_BY_DEFAULT = BeforeValidator(lambda value: {} if value is None else value)
 """Validator that replaces a missing value by a sensor with all defaults."""
-Sensors = dict[SensorName, Annotated[Accelerometer, BY_DEFAULT]]
+Sensors = dict[SensorName, Annotated[Accelerometer, _BY_DEFAULT]]
 """Accelerometers by name; names are free."""
 
 
@@ -292,5 +292,5 @@ class ProximityProbe(Sampled):
     )
 
 
-Probes = dict[SensorName, Annotated[ProximityProbe, BY_DEFAULT]]
+Probes = dict[SensorName, Annotated[ProximityProbe, _BY_DEFAULT]]
 """Probes by name; names are free, except that no sensor may have the same name."""

@@ -157,7 +157,7 @@ def in_si(text: str, unit: str) -> float:
     return value
 
 
-def si_unit(written: str) -> str | None:
+def _si_unit(written: str) -> str | None:
     """Return the SI unit of the quantity that a unit measures; None if scenes do not have it.
 
     Args:
@@ -257,7 +257,7 @@ class ShownUnit(NamedTuple):
 
 ShownUnits = dict[str, ShownUnit]
 """Units for display by SI unit; other quantities are shown in SI."""
-METRICS_OWN = {"mm/s": ("m/s", 1e-3)}
+_METRICS_OWN = {"mm/s": ("m/s", 1e-3)}
 """Units of metrics that are not SI: the SI unit and the factor from this unit to it."""
 
 
@@ -275,7 +275,7 @@ def shown_units(text: str) -> ShownUnits:
     units_shown: ShownUnits = {}
     for written in map(str.strip, text.split(",") if text.strip() else []):
         try:
-            unit = si_unit(written)
+            unit = _si_unit(written)
         except ImportError:
             raise InputError(f"units {short(text)}: need pint: pip install 'pint>=0.24'") from None
         if unit is None:
@@ -292,7 +292,7 @@ def shown_units(text: str) -> ShownUnits:
                 f"{KINDS[unit].name}; give one of them"
             )
         units_shown[unit] = ShownUnit(written, 1.0 / in_si(f"1 {written}", unit))
-    for unit_name, (unit, factor) in METRICS_OWN.items():
+    for unit_name, (unit, factor) in _METRICS_OWN.items():
         if unit in units_shown:
             units_shown[unit_name] = units_shown[unit]._replace(
                 factor=factor * units_shown[unit].factor

@@ -16,7 +16,7 @@ from ab_sim.show.curves import draw_curve
 from ab_sim.show.labels import Label, label_at_right
 from ab_sim.show.styles import GREEN, ORANGE, PURPLE, RUN, SKY, VERMILION
 
-SHADES = {
+_SHADES = {
     State.DWELL: SKY,
     State.RETRY: ORANGE,
     State.ABORTING: VERMILION,
@@ -26,7 +26,7 @@ ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
 """Final states, which are marked by a line, and their colours."""
 WIDTH = 0.011
 """Largest width of a letter of these labels, relative to the panels."""
-TRUE, ESTIMATED = RUN, "black"
+_TRUE, _ESTIMATED = RUN, "black"
 
 
 class Stretch(NamedTuple):
@@ -59,7 +59,7 @@ def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
     low, high = panels[0].get_xlim()
     for stretch in stretches(adaptive.history):
         state, text = stretch.state, stretch.state.text
-        color = SHADES.get(state) or ENDS.get(state)
+        color = _SHADES.get(state) or ENDS.get(state)
         if color is None:
             continue
         for axes in panels:
@@ -106,15 +106,15 @@ def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: Adaptiv
     values = np.array([estimates.net_unbalance for estimates in adaptive.history]) / length
     spread = np.array([b.net_unbalance_deviation for b in adaptive.history]) / length
     true = net_unbalance(path, scene) / length
-    draw_curve(axes, path["time"], true, color=TRUE, lw=1.3, zorder=3)
-    labels = [Label(true[-1], f"{true[-1]:.3g}  true", TRUE)]
+    draw_curve(axes, path["time"], true, color=_TRUE, lw=1.3, zorder=3)
+    labels = [Label(true[-1], f"{true[-1]:.3g}  true", _TRUE)]
     finite = np.isfinite(values)
     if finite.any():
-        axes.plot(times, values, color=ESTIMATED, lw=1.0, zorder=4)
+        axes.plot(times, values, color=_ESTIMATED, lw=1.0, zorder=4)
         low, high = np.maximum(values - spread, 0.0), values + spread
-        axes.fill_between(times, low, high, color=ESTIMATED, alpha=0.15, lw=0, zorder=2)
+        axes.fill_between(times, low, high, color=_ESTIMATED, alpha=0.15, lw=0, zorder=2)
         last = values[finite][-1]
-        labels.append(Label(last, f"{last:.3g}  estimated,\n+- a standard deviation", ESTIMATED))
+        labels.append(Label(last, f"{last:.3g}  estimated,\n+- a standard deviation", _ESTIMATED))
     # The first estimates may be far off.
     axes.set_ylim(0.0, 1.3 * max(true.max(), 1e-9))
     axes.set_ylabel(f"net unbalance / {symbol} [1]")

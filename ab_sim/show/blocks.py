@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from scipy.signal import periodogram
 
-POINTS = 2000
+_POINTS = 2000
 """Number of bins of a curve, each drawn as its least and its largest sample."""
 
 
@@ -22,7 +22,7 @@ class Envelope:
         bins: largest number of bins.
     """
 
-    def __init__(self, channels: Sequence[str], count: int, bins: int = POINTS) -> None:
+    def __init__(self, channels: Sequence[str], count: int, bins: int = _POINTS) -> None:
         self.channels = tuple(channels)
         self._count = max(count, 1)
         self._bins = min(bins, self._count)
@@ -67,11 +67,11 @@ class Envelope:
             self._values[row, bin_] = np.take_along_axis(all_values, at, 1)[:, 0]
 
 
-SEGMENT_TIME = 0.5
+_SEGMENT_TIME = 0.5
 """Length of a segment of a waterfall [s]: short enough for a run-up, it resolves 2 Hz."""
 LONGEST, SHORTEST = 8192, 32
 """Largest and least number of samples of a segment."""
-MOST_SEGMENTS = 600
+_MOST_SEGMENTS = 600
 """Largest number of segments of a waterfall, approximately."""
 SPEEDS = 80
 """Number of rows of a waterfall."""
@@ -144,7 +144,7 @@ class PowerSpectrum:
         for segment in self._segments.take(np.column_stack([step, time, axes])):
             if not np.isfinite(segment).all():
                 continue
-            self.frequencies, density = density_of(segment, "density")
+            self.frequencies, density = _density_of(segment, "density")
             self._sum = density if self._sum is None else self._sum + density
             self._count += 1
 
@@ -164,9 +164,9 @@ class Waterfall:
     """
 
     def __init__(self, count: int, rate: float, speeds: tuple[float, float]) -> None:
-        wanted = min(SEGMENT_TIME * rate, LONGEST, count / 8)
+        wanted = min(_SEGMENT_TIME * rate, LONGEST, count / 8)
         self.length = max(2 ** int(math.log2(max(wanted, SHORTEST))), SHORTEST)
-        hop = max(self.length // 4, -(-count // MOST_SEGMENTS))
+        hop = max(self.length // 4, -(-count // _MOST_SEGMENTS))
         self._hop = min(hop, self.length)
         self._segments = WelchSegments(self.length, hop)
         self.edges = np.linspace(*speeds, SPEEDS + 1)
@@ -183,7 +183,7 @@ class Waterfall:
         for segment in self._segments.take(np.column_stack([step, time, axes, speed])):
             if not np.isfinite(segment).all():
                 continue
-            self.frequencies, power = density_of(segment[:, :-1], "spectrum")
+            self.frequencies, power = _density_of(segment[:, :-1], "spectrum")
             if self.amplitudes.shape[1] == 0:
                 self.amplitudes = np.full((SPEEDS, len(power)), np.nan)
             # Use the speeds in the middle of the segment only: those of successive segments adjoin,
@@ -195,7 +195,7 @@ class Waterfall:
             self.amplitudes[rows] = np.fmax(self.amplitudes[rows], amplitude)
 
 
-def density_of(
+def _density_of(
     segment: np.ndarray, scaling: Literal["density", "spectrum"]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the periodogram of a segment, with a Hann window and without the mean.

@@ -19,7 +19,7 @@ from ab_sim.scene.load import SceneLike, as_scene, with_solver
 from ab_sim.scene.model import Scene
 from ab_sim.show.blocks import Envelope
 
-NEEDED = ("step", "time", "command")
+_NEEDED = ("step", "time", "command")
 """Channels that a comparison needs, in addition to at least one channel to compare."""
 PROFILE, COMMANDS = "the scene's profile", "the recorded commands"
 """Sources of the spindle's motion in the simulation."""
@@ -214,7 +214,7 @@ def compare_recording(
     """
     run = recording if isinstance(recording, StoredRun) else open_recording(recording)
     scene = as_scene(scene)
-    missing = [name for name in NEEDED if name not in run.channels]
+    missing = [name for name in _NEEDED if name not in run.channels]
     if missing or run.extent.rows == 0:
         what = "it is empty" if not run.channels or not run.extent.rows else ""
         raise InputError(
@@ -344,9 +344,9 @@ def _along(
         start: first sample that replaces the drive's own; None to use the latter.
     """
     # Channels that the simulation takes from the recording agree in any case.
-    imposed = NEEDED if driven_by == COMMANDS else NEEDED[:2]
+    imposed = _NEEDED if driven_by == COMMANDS else _NEEDED[:2]
     names = [name for name in run.channels if name in drive.channels and name not in imposed]
-    if set(names) <= set(NEEDED):
+    if set(names) <= set(_NEEDED):
         raise InputError(
             f"{run.path}: has no channel in common with the scene {drive.scene.name}; it has "
             f"{', '.join(run.channels)}"
@@ -355,7 +355,7 @@ def _along(
     deviations = tuple(ChannelDeviation(name, unit_of(name)) for name in names)
     recorded, simulated, differences = (Envelope(names, extent.rows) for _ in range(3))
     done = 0
-    for block in run.blocks((*NEEDED, *names)):
+    for block in run.blocks((*_NEEDED, *names)):
         steps, time, commands = block[: extent.rows - done, :3].T
         if len(time) == 0:
             break

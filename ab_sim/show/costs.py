@@ -12,8 +12,8 @@ from ab_sim.show.styles import distinct_colours
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
 PEERS = ("tab:blue", "tab:cyan", "tab:green", "tab:gray", "black", "navy", "teal")
 """Colours of the first methods; further ones have distinct colours."""
-MARKERS = "osD^vP*X"
-REAL_TIME = 1.0
+_MARKERS = "osD^vP*X"
+_REAL_TIME = 1.0
 """CPU seconds per simulated second at which one core just runs in real time."""
 
 
@@ -75,7 +75,7 @@ def _accuracy_panel(
         values += errors
         peer = rows[0].peer
         colour = next(peers if peer else ours)
-        marker = MARKERS[at % len(MARKERS)]
+        marker = _MARKERS[at % len(_MARKERS)]
         axes.plot(
             times, errors, color=colour, marker=marker, markersize=5 if peer else 7,
             linestyle="--" if peer else "-", linewidth=1.0 if peer else 2.2,
@@ -93,10 +93,10 @@ def _accuracy_panel(
     if values:
         axes.set_ylim(max(min(values), 1e-18) / 8, max(max(values), uncertainty) * 5)
     low, high = axes.get_xlim()
-    axes.set_xlim(low / 2, max(high, 3 * REAL_TIME))
-    axes.axvline(REAL_TIME, color="black", linewidth=1.2)
+    axes.set_xlim(low / 2, max(high, 3 * _REAL_TIME))
+    axes.axvline(_REAL_TIME, color="black", linewidth=1.2)
     axes.text(
-        REAL_TIME / 1.08, 0.985, "real time on one core", rotation=90, ha="right", va="top",
+        _REAL_TIME / 1.08, 0.985, "real time on one core", rotation=90, ha="right", va="top",
         fontsize=9, transform=axes.get_xaxis_transform(),
     )  # fmt: skip
     _label_settings(axes, labels)
@@ -135,7 +135,7 @@ def _drawable(bound: ErrorBound) -> float:
     return max(bound.value, 1e-17)
 
 
-VARIANT_COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
+_VARIANT_COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
 
 
 def drawn_cost(costs: list[EffectCost]) -> ResultFigure:
@@ -166,7 +166,7 @@ def _cost_panel(axes: Axes, cost: EffectCost) -> None:
             at,
             1e-3 * time.median,
             xerr=spread,
-            color=VARIANT_COLOURS.get(row.name, "tab:blue"),
+            color=_VARIANT_COLOURS.get(row.name, "tab:blue"),
             alpha=0.8,
             capsize=3,
         )

@@ -11,9 +11,9 @@ from ab_sim.base.presentation import NOTATION, in_one_turn
 
 WINDOW = 0.01
 """Width of the window in which swings are counted, as a fraction of the time axis."""
-SWINGS = 3.3
+_SWINGS = 3.3
 """Number of turning points in a window from which on the range of swings is drawn."""
-VISIBLE = 1e-4
+_VISIBLE = 1e-4
 """Smallest visible swing, relative to the largest value."""
 
 
@@ -28,7 +28,7 @@ def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -
     """
     width = max(3, round(WINDOW * len(time)))
     # Counted over several windows, so that the result does not alternate between windows.
-    fast = uniform_filter1d(_turns(values), 5 * width, mode="reflect") * width >= SWINGS
+    fast = uniform_filter1d(_turns(values), 5 * width, mode="reflect") * width >= _SWINGS
     if fast.any():
         # The range extends half a window beyond the fast part, so that it meets the curve.
         blurred = maximum_filter1d(fast, width)
@@ -46,7 +46,7 @@ def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -
 def _turns(values: np.ndarray) -> np.ndarray:
     """Return 1 at each turning point of visible swings, else 0; shape (samples,)."""
     points = 1 + np.flatnonzero(np.diff(np.sign(np.diff(values))))
-    swings = np.abs(np.diff(values[points])) > VISIBLE * np.max(np.abs(values))
+    swings = np.abs(np.diff(values[points])) > _VISIBLE * np.max(np.abs(values))
     turns = np.zeros(len(values))
     turns[points[1:-1]] = swings[1:] & swings[:-1]
     return turns

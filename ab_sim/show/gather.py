@@ -24,7 +24,7 @@ from ab_sim.show.blocks import Envelope, OncePerTurn, PowerSpectrum, Waterfall
 
 TURNS = 20
 """Number of final turns of the spindle in the last orbit."""
-ORBIT = 4000
+_ORBIT = 4000
 """Largest number of points of an orbit."""
 
 
@@ -199,7 +199,7 @@ class _Collected:
             self._without_balls = WhirlWithoutBalls(RotorWithoutBalls(**rotor))
         self._frames, self._final_without_balls = FrameRate(PERIOD), FinalRms()
         self._curve_without_balls = Envelope(("whirl",), math.ceil((end - begin) / PERIOD) + 1)
-        self._every = max(1, self._count // ORBIT)
+        self._every = max(1, self._count // _ORBIT)
         self._orbit: list[np.ndarray] = []
         self._turning: list[np.ndarray] = []
 
@@ -255,7 +255,7 @@ class _Collected:
         if self._turning:
             turning = np.concatenate(self._turning)
             turning = turning[_turns(turning[-1, 3], turning[:, 3]) <= TURNS]
-            last = turning[:: max(1, len(turning) // ORBIT), :3]
+            last = turning[:: max(1, len(turning) // _ORBIT), :3]
         orbit = np.concatenate(self._orbit) if self._orbit else np.empty((0, 3))
         final = self._final_without_balls.value
         return RunData(

@@ -18,13 +18,13 @@ from ab_sim.show.picture import draw_panel
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import BLUE, GREY, RUN, SERIES, VERMILION
 
-POINTS = 3000
+_POINTS = 3000
 """Largest number of points of a curve; longer curves are reduced to their extremes."""
 QUANTILE = 3.84
 """Rise of the sum of squares at the ends of a 95 % interval, in noise variances."""
 SMOOTH = 120
 """Number of points of a profile's curve."""
-BINS = 200
+_BINS = 200
 """Approximate number of bins of a residual spectrum."""
 Rows = Sequence[Sequence[str]]
 """Cells of a table by row."""
@@ -168,7 +168,7 @@ def _spectrum(recording_fit: RecordingFit) -> Panel:
     curves = []
     for axis, column in enumerate(scale * recording_fit.residuals.T):
         frequencies, density = periodogram(column[np.isfinite(column)], rate)
-        bins = max(1, len(density) // BINS)
+        bins = max(1, len(density) // _BINS)
         whole = len(density) // bins * bins
         mean = density[:whole].reshape(-1, bins).mean(axis=1)
         middle = frequencies[:whole].reshape(-1, bins).mean(axis=1)
@@ -211,10 +211,10 @@ def _correlations(identification: Identification) -> Rows:
 
 
 def _decimated(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return at most about ``POINTS`` points of a curve, with all peaks."""
-    if len(time) <= POINTS:
+    """Return at most about ``_POINTS`` points of a curve, with all peaks."""
+    if len(time) <= _POINTS:
         return time, values
-    width = math.ceil(2 * len(time) / POINTS)
+    width = math.ceil(2 * len(time) / _POINTS)
     whole = len(time) // width * width
     parts = values[:whole].reshape(-1, width)
     with np.errstate(all="ignore"):

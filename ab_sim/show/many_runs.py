@@ -24,7 +24,7 @@ from ab_sim.scene.keys import scene_keys
 from ab_sim.show.saved import ResultFigure
 
 CHANGING, LEFT_OUT = hexadecimal(palette.CHANGING), hexadecimal(palette.STOPPED)
-MARKS = {
+_MARKS = {
     Verdict.CHANGING.value: ("o", CHANGING),
     Verdict.UNSETTLED.value: ("o", CHANGING),
     Verdict.CIRCULATES.value: ("^", hexadecimal(palette.BAD)),
@@ -32,13 +32,13 @@ MARKS = {
     FAILED: ("x", hexadecimal(palette.DARK)),
 }
 """Markers and colours of runs that did not settle, by outcome."""
-BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: hexadecimal(palette.DOT)}
+_BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: hexadecimal(palette.DOT)}
 """Fill colours of the dots that mark balanced runs on maps, by outcome."""
-NO_VALUE = hexadecimal(palette.NO_VALUE)
+_NO_VALUE = hexadecimal(palette.NO_VALUE)
 LINE, BEST = hexadecimal(palette.MAIN), hexadecimal(palette.BEST)
 WIDE = 30.0
 """Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
-MOST_KEYS = 6
+_MOST_KEYS = 6
 """Largest number of keys in panels of pairs; the title names the others."""
 
 
@@ -128,13 +128,13 @@ def _draw_map(
     areas = axes.pcolormesh(
         across, up, grid, norm=norm, cmap="viridis", shading="nearest", rasterized=True
     )
-    axes.set_facecolor(NO_VALUE)
+    axes.set_facecolor(_NO_VALUE)
     return areas
 
 
 def _pairs(sweep: Sweep) -> ResultFigure:
     """Draw runs over each pair of keys, coloured by the first metric, with good runs on top."""
-    keys, metric = sweep.keys[:MOST_KEYS], sweep.metrics[0]
+    keys, metric = sweep.keys[:_MOST_KEYS], sweep.metrics[0]
     count = len(keys) - 1
     side = max(2.2, 7.5 / count)
     figure = ResultFigure(figsize=(1.5 + side * count, 1.2 + side * count), layout="constrained")
@@ -160,7 +160,7 @@ def _pairs(sweep: Sweep) -> ResultFigure:
     bar = ScalarMappable(norm, "viridis")
     figure.colorbar(bar, ax=panels, label=sweep.titled(metric), shrink=0.6, pad=0.02)
     left_out = (
-        f"; {', '.join(sweep.keys[MOST_KEYS:])} not drawn" if len(sweep.keys) > len(keys) else ""
+        f"; {', '.join(sweep.keys[_MOST_KEYS:])} not drawn" if len(sweep.keys) > len(keys) else ""
     )
     figure.suptitle(_title(sweep) + left_out, fontsize=11)
     figure.legend(
@@ -207,14 +207,14 @@ def _is_log(values: np.ndarray) -> bool:
 
 def _mark_balanced(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """Mark balanced runs with dots, at the positions of all runs in axis coordinates."""
-    for outcome in BALANCES:
+    for outcome in _BALANCES:
         chosen = sweep[OUTCOME] == outcome
         axes.plot(x[chosen], y[chosen], ms=_size(y), mew=0.6, **_style(outcome))
 
 
 def _mark_others(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """Mark runs that did not settle, those without a value by lines across the panel."""
-    for outcome, (_, colour) in MARKS.items():
+    for outcome, (_, colour) in _MARKS.items():
         chosen = sweep[OUTCOME] == outcome
         valued = chosen & np.isfinite(y)
         axes.plot(x[valued], y[valued], ms=_size(y), zorder=3, **_style(outcome))
@@ -228,10 +228,10 @@ def _size(places: np.ndarray) -> float:
 
 
 def _style(outcome: str) -> dict[str, Any]:
-    """Return the style of the marker of an outcome in ``MARKS`` or ``BALANCES``."""
-    if outcome in BALANCES:
-        return {"ls": "", "marker": "o", "mfc": BALANCES[outcome], "mec": "black"}
-    marker, colour = MARKS[outcome]
+    """Return the style of the marker of an outcome in ``_MARKS`` or ``_BALANCES``."""
+    if outcome in _BALANCES:
+        return {"ls": "", "marker": "o", "mfc": _BALANCES[outcome], "mec": "black"}
+    marker, colour = _MARKS[outcome]
     return {"ls": "", "marker": marker, "mfc": "none" if marker == "o" else colour, "mec": colour}
 
 
@@ -256,7 +256,7 @@ def _legend(sweep: Sweep, dots: bool = False) -> list[Line2D]:
     handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
     for outcome, count in sweep.outcomes.items():
         label = f"{outcome}: {count}"
-        if outcome in MARKS or (dots and outcome in BALANCES):
+        if outcome in _MARKS or (dots and outcome in _BALANCES):
             handles.append(Line2D([], [], label=label, **_style(outcome)))
         elif dots:
             handles.append(Line2D([], [], ls="", label=f"no mark: {label}"))
@@ -266,7 +266,7 @@ def _legend(sweep: Sweep, dots: bool = False) -> list[Line2D]:
 
 
 def _no_value() -> Line2D:
-    return Line2D([], [], ls="", marker="s", ms=9, mfc=NO_VALUE, mec="black", label="no value")
+    return Line2D([], [], ls="", marker="s", ms=9, mfc=_NO_VALUE, mec="black", label="no value")
 
 
 def _norm(values: np.ndarray) -> Normalize:
@@ -285,10 +285,10 @@ def _title(sweep: Sweep) -> str:
     return f"{sweep.scene.name}, {len(sweep.table)} runs"
 
 
-OUTSIDE, BEFORE = hexadecimal(palette.OUTSIDE), CHANGING
-WITHOUT_VALUE: dict[str, Any] = {"ls": "", "marker": "x", "color": LEFT_OUT}
+OUTSIDE, _BEFORE = hexadecimal(palette.OUTSIDE), CHANGING
+_WITHOUT_VALUE: dict[str, Any] = {"ls": "", "marker": "x", "color": LEFT_OUT}
 NOT_BALANCED: dict[str, Any] = {"ls": "", "marker": "o", "color": "white"}
-BEFORE_DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
+_BEFORE_DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 
 def drawn_tuning(tuning: Tuning) -> ResultFigure:
@@ -376,10 +376,10 @@ def _tuning_panel(
     nothing = across[~np.isfinite(values) & ~np.isfinite(ends)]
     if len(nothing):
         edge = axes.get_xaxis_transform()
-        axes.plot(nothing, np.full(len(nothing), 0.98), transform=edge, **WITHOUT_VALUE, ms=size)
+        axes.plot(nothing, np.full(len(nothing), 0.98), transform=edge, **_WITHOUT_VALUE, ms=size)
     for name, before, settled in tuning.before:
         if before is not None and settled:
-            axes.axhline(before * tall, color=BEFORE, lw=1.2, ls=BEFORE_DASHES[name])
+            axes.axhline(before * tall, color=_BEFORE, lw=1.2, ls=_BEFORE_DASHES[name])
     for name, value, metric, inside in tuning.nearby:
         if name == range_.key and inside and metric is not None:
             axes.plot(value * wide, metric * tall, marker="|", ms=12, mew=1.6, color=BEST, ls="")
@@ -414,7 +414,7 @@ def _tuning_legend(tuning: Tuning) -> list[Line2D]:
         )
     if nothing := int(np.count_nonzero(~valued & ~ends)):
         text = f"without a value, e.g. not balanced; at the upper edge: {nothing}"
-        handles.append(Line2D([], [], **WITHOUT_VALUE, ms=4, label=text))
+        handles.append(Line2D([], [], **_WITHOUT_VALUE, ms=4, label=text))
     if tuning.candidate is not None:
         handles.append(Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best"))
         handles.append(
@@ -423,12 +423,12 @@ def _tuning_legend(tuning: Tuning) -> list[Line2D]:
     for name, _, settled in tuning.before:
         if settled:
             handles.append(
-                Line2D([], [], color=BEFORE, ls=BEFORE_DASHES[name], label=f"the scene {name}")
+                Line2D([], [], color=_BEFORE, ls=_BEFORE_DASHES[name], label=f"the scene {name}")
             )
     return handles
 
 
-MORE, LESS = hexadecimal(palette.MAIN_DARK), hexadecimal(palette.OPPOSITE)
+_MORE, _LESS = hexadecimal(palette.MAIN_DARK), hexadecimal(palette.OPPOSITE)
 MOST = 25
 """Largest number of bars in a panel, those with the most influence."""
 SMALL = 1e-6
@@ -457,7 +457,7 @@ def _shown(elasticities: np.ndarray) -> list[int]:
 def _bars(sensitivities: MetricSensitivities, metric: int, keys: list[int], axes: Axes) -> None:
     """Draw a bar per key for a metric, both given by their indices."""
     values = sensitivities.elasticities[metric, keys]
-    colours = [MORE if value > 0 else LESS for value in values]
+    colours = [_MORE if value > 0 else _LESS for value in values]
     errors = sensitivities.elasticity_uncertainties[metric, keys]
     axes.barh(range(len(keys)), values, xerr=errors, color=colours, capsize=3)
     axes.set_yticks(range(len(keys)), [sensitivities.keys[k] for k in keys], fontsize=8)

@@ -41,19 +41,19 @@ COLOURS = {
     UNDECIDED: hexadecimal(palette.UNDECIDED),
 }
 """Colours of some labels; for other labels see ``colours_of``."""
-ONLY_UNBALANCED = tuple(map(hexadecimal, palette.UNBALANCED_STATES))
+_ONLY_UNBALANCED = tuple(map(hexadecimal, palette.UNBALANCED_STATES))
 """Colours of labels whose stable states are all unbalanced."""
-BALANCED_TOO = tuple(map(hexadecimal, palette.BALANCED_TOO))
+_BALANCED_TOO = tuple(map(hexadecimal, palette.BALANCED_TOO))
 """Colours of labels with stable balance and other stable states; the start decides between them."""
-WARM, COOL = (50.0, 105.0), (185.0, 290.0)
+_WARM, _COOL = (50.0, 105.0), (185.0, 290.0)
 """Hues of further colours of these two groups [deg], see ``ab_sim.base.palette``."""
-LIGHTNESS = (0.35, 0.9)
-HATCHES = {
+_LIGHTNESS = (0.35, 0.9)
+_HATCHES = {
     CIRCULATES: ("///", hexadecimal(palette.DARK)),
     NOT_KNOWN: ("..", hexadecimal(palette.MEDIUM)),
 }
 """Pattern and colour of areas in which balls can circulate, or in which that is unknown."""
-BLUR, NEAR = 2.0, 0.02
+_BLUR, NEAR = 2.0, 0.02
 """Standard deviation of the smoothing of borders [points], and least distance of a value from 0.5.
 
 See ``smoothed``.
@@ -73,8 +73,8 @@ def drawn_map(stability_map: StabilityMap, other: StabilityMap | None = None) ->
     labels = sorted({label for map_ in maps for label in map_.shares})
     colours = colours_of(labels)
     for axes, map_ in zip(panels, maps, strict=True):
-        draw_labels(axes, map_.plane, map_.labels, colours)
-        hatched = draw_circulation(axes, map_)
+        _draw_labels(axes, map_.plane, map_.labels, colours)
+        hatched = _draw_circulation(axes, map_)
         balls = map_.plane.scene.balls
         count = f"{balls.count} ball{'s' if balls.count != 1 else ''}"
         axes.set_title(f"{map_.plane.scene.name}, {count}", fontsize=12)
@@ -94,7 +94,7 @@ def drawn_map(stability_map: StabilityMap, other: StabilityMap | None = None) ->
     return figure
 
 
-def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
+def _draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
     """Draw the labels of a plane as coloured areas, with a title for each axis.
 
     Args:
@@ -117,7 +117,7 @@ def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int,
         axes.text(0.99, 0.98, held, transform=axes.transAxes, ha="right", va="top", fontsize=9)
 
 
-def draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
+def _draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
     """Hatch the areas in which all balls can circulate in a bunch, or in which that is unknown.
 
     Args:
@@ -129,7 +129,7 @@ def draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
     """
     across, up = stability_map.plane.across.values, stability_map.plane.up.values
     handles = []
-    for label, (hatch, colour) in HATCHES.items():
+    for label, (hatch, colour) in _HATCHES.items():
         inside = stability_map.circulating == label
         if not inside.any():
             continue
@@ -184,7 +184,7 @@ def smoothed(inside: np.ndarray) -> np.ndarray:
     Args:
         inside: mask of points, shape (values up, values across).
     """
-    blurred = gaussian_filter(inside.astype(float), BLUR, mode="nearest")
+    blurred = gaussian_filter(inside.astype(float), _BLUR, mode="nearest")
     return np.where(inside, np.maximum(blurred, 0.5 + NEAR), np.minimum(blurred, 0.5 - NEAR))
 
 
@@ -194,15 +194,15 @@ def colours_of(labels: Sequence[int]) -> dict[int, str]:
     others = [label for label in labels if label not in COLOURS]
     too = [label for label in others if label > 0 and label & BALANCED]
     only = [label for label in others if label not in too]
-    for some, first, hues in ((only, ONLY_UNBALANCED, WARM), (too, BALANCED_TOO, COOL)):
+    for some, first, hues in ((only, _ONLY_UNBALANCED, _WARM), (too, _BALANCED_TOO, _COOL)):
         spread = distinct_colours(
-            len(some), first, avoid=[*COLOURS.values()], lightness=LIGHTNESS, hues=hues
+            len(some), first, avoid=[*COLOURS.values()], lightness=_LIGHTNESS, hues=hues
         )
         fixed |= zip(some, spread, strict=True)
     return fixed
 
 
-END_COLOURS = {
+_END_COLOURS = {
     basins.BALANCED: hexadecimal(palette.GOOD),
     basins.RINGING_DOWN: hexadecimal(palette.RINGING),
     basins.NOT_BALANCED: hexadecimal(palette.BAD),
@@ -227,19 +227,19 @@ def drawn_basin(basin: Basin) -> ResultFigure:
     degrees = np.degrees(basin.angles)
     half = 180.0 / len(degrees)
     edges = -180.0 - half, 180.0 - half
-    order = list(END_COLOURS)
+    order = list(_END_COLOURS)
     places = np.vectorize(order.index)(basin.labels)
-    palette = ListedColormap([END_COLOURS[label] for label in order])
+    palette = ListedColormap([_END_COLOURS[label] for label in order])
     style = {"shading": "nearest", "rasterized": True}
     ends.pcolormesh(
         degrees, degrees, places, cmap=palette, vmin=-0.5, vmax=len(order) - 0.5, **style
     )
     shares = basin.shares
     handles = [
-        Patch(color=END_COLOURS[label], label=f"{basins.NAMES[label]}  {100 * share:.1f} %")
+        Patch(color=_END_COLOURS[label], label=f"{basins.NAMES[label]}  {100 * share:.1f} %")
         for label, share in shares.items()
     ]
-    handles.append(Patch(color=END_COLOURS[basins.LEFT_OUT], label=basins.NAMES[basins.LEFT_OUT]))
+    handles.append(Patch(color=_END_COLOURS[basins.LEFT_OUT], label=basins.NAMES[basins.LEFT_OUT]))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=3, fontsize=9,
         # A legend below all panels leaves no room for a separate line.

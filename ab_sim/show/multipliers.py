@@ -12,12 +12,12 @@ from ab_sim.base.errors import InputError
 from ab_sim.base.presentation import in_one_turn
 from ab_sim.show.saved import ResultFigure
 
-COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
-MARKERS = ("o", "s", "D")
+_COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
+_MARKERS = ("o", "s", "D")
 """Markers of successive solutions."""
-CLOSEST = 1e-3
+_CLOSEST = 1e-3
 """Least half-width of the view around 1."""
-SHADE: dict[str, Any] = {"color": "tab:green", "alpha": 0.13, "lw": 0}
+_SHADE: dict[str, Any] = {"color": "tab:green", "alpha": 0.13, "lw": 0}
 
 
 def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
@@ -38,7 +38,7 @@ def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
     _frame(whole, 0.0, 1.12 * far)
     whole.set_title("all", fontsize=10)
     _frame(
-        near, 1.0, min(1.0, 1.4 * max(CLOSEST, *(_from_one(solution) for solution in solutions)))
+        near, 1.0, min(1.0, 1.4 * max(_CLOSEST, *(_from_one(solution) for solution in solutions)))
     )
     near.set_title("around 1", fontsize=10)
     figure.legend(
@@ -53,10 +53,10 @@ def _draw_plane(axes: Axes, solutions: Sequence[Stability]) -> None:
     """Draw the multipliers of all solutions, and the unit circle."""
     # Many points, because the small part of the circle near 1 must look round.
     turn = np.exp(1j * np.linspace(-math.pi, math.pi, 20_001))
-    axes.fill(turn.real, turn.imag, zorder=0, **SHADE)
+    axes.fill(turn.real, turn.imag, zorder=0, **_SHADE)
     axes.plot(turn.real, turn.imag, color="0.3", lw=1.0)
-    for marker, solution in zip(MARKERS, solutions, strict=False):
-        multipliers, color = solution.multipliers, COLORS[solution.verdict]
+    for marker, solution in zip(_MARKERS, solutions, strict=False):
+        multipliers, color = solution.multipliers, _COLORS[solution.verdict]
         label = f"{_name(solution)}: {solution.verdict}, largest {solution.largest:.6g}"
         axes.plot(
             multipliers.real,
@@ -122,7 +122,7 @@ def drawn_modulus(followed: Followed) -> ResultFigure:
         whirl = [math.nan if one is None else 1e6 * one.whirl_max for one in stabilities]
         below.plot(values, whirl, ".-", color="0.25", lw=1.0, ms=4)
         for low, high in stable_parts(followed):
-            below.axvspan(low, high, **SHADE)
+            below.axvspan(low, high, **_SHADE)
         below.set_ylabel("largest whirl [um]")
         below.set_ylim(bottom=0.0)
         below.grid(alpha=0.3)
@@ -140,12 +140,12 @@ def draw_modulus_curve(axes: Axes, followed: Followed) -> None:
     stabilities = [point.solution for point in followed.points]
     largest = np.array([math.nan if one is None else one.largest for one in stabilities])
     axes.plot(values, largest, color="0.4", lw=1.0, zorder=2)
-    for verdict, color in COLORS.items():
+    for verdict, color in _COLORS.items():
         here = [one is not None and one.verdict == verdict for one in stabilities]
         if any(here):
             axes.plot(values[here], largest[here], ".", color=color, ms=6, zorder=3, label=verdict)
     for low, high in stable_parts(followed):
-        axes.axvspan(low, high, **SHADE)
+        axes.axvspan(low, high, **_SHADE)
     for value in values[np.isnan(largest)]:
         axes.axvline(value, color="tab:orange", lw=0.8, ls=":", zorder=1)
     if np.isnan(largest).any():

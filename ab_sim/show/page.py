@@ -15,7 +15,7 @@ from ab_sim.show.panels import TIME, Grid, Panel
 from ab_sim.show.styles import GREY, MAP
 from ab_sim.show.summary import CAPTION, Row
 
-HEIGHT = 270
+_HEIGHT = 270
 """Height in pixels of a panel of height 1."""
 _STYLE = """
 body { font-family: sans-serif; margin: 1.5em; color: #222; }
@@ -168,7 +168,7 @@ def _figure(panel: Panel) -> Any:
         panel.limits, (False, panel.log), strict=True
     ))  # fmt: skip
     figure.update_layout(
-        height=HEIGHT * panel.height + 80, margin={"l": 75, "r": 20, "t": 30, "b": 50},
+        height=_HEIGHT * panel.height + 80, margin={"l": 75, "r": 20, "t": 30, "b": 50},
         template="simple_white", hovermode="closest",
         legend={"orientation": "h", "x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"},
     )  # fmt: skip

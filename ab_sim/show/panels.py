@@ -20,21 +20,21 @@ from ab_sim.show.styles import (
     ball_styles,
 )
 
-KEYS = (
+_KEYS = (
     "speed", "whirl", "force", "angles", "tilt", "torque", "orbit", "last orbit", "spectrum",
     "waterfall",
 )  # fmt: skip
 """Keys of panels, from top to bottom."""
 TIME = "time [s]"
 """Title of the horizontal axis of panels over time, which share it."""
-DASHED = DASHES[1]
+_DASHED = DASHES[1]
 ORDERS = {1: VERMILION, 2: SKY}
 """Multiples of the spindle's speed that are drawn as lines, and their colours."""
-WATERFALL_DECADES = 4.0
+_WATERFALL_DECADES = 4.0
 """Range of a waterfall below the largest amplitude [decades]; smaller values look alike."""
-LEAST = 1e-4
+_LEAST = 1e-4
 """Fraction of the peak below which the whirl is not drawn."""
-SPECTRUM_LEAST = 1e-6
+_SPECTRUM_LEAST = 1e-6
 """Fraction of the largest density below which a density is not drawn."""
 COLUMNS = 300
 """Largest number of columns of a waterfall."""
@@ -85,7 +85,7 @@ class Panel:
     """Content of one pair of axes; panels of several runs with the same key share limits."""
 
     key: str
-    """Kind of the panel, one of ``KEYS`` in a report."""
+    """Kind of the panel, one of ``_KEYS`` in a report."""
     title: str
     across: str
     """Title of the horizontal axis, with its unit."""
@@ -117,7 +117,7 @@ def _panels(data: RunData) -> Iterator[Panel]:
     have = data.curves.channels
     whirl, unit, scale = whirl_scale(data)
     speeds = [
-        PanelLine("commanded", *data.curves.curve("command"), COMMANDED, 0.9, DASHED)
+        PanelLine("commanded", *data.curves.curve("command"), COMMANDED, 0.9, _DASHED)
         if "command" in have
         else None,
         PanelLine("spindle", *data.curves.curve("speed"), RUN, 1.8) if "speed" in have else None,
@@ -135,7 +135,7 @@ def _panels(data: RunData) -> Iterator[Panel]:
         title, up = "Whirl radius of the deck", f"{whirl} [{unit}]"
         if most > 0:
             curves = tuple(
-                replace(line, y=np.where(line.y > LEAST * most, scale * line.y, np.nan))
+                replace(line, y=np.where(line.y > _LEAST * most, scale * line.y, np.nan))
                 for line in whirls
             )
             yield Panel("whirl", title, TIME, up, 1.2, curves, log=True)
@@ -220,7 +220,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         # The constant part at 0 is left out. Values below the rounding error of the largest one
         # are gaps, because a line there would look like data.
         root = np.sqrt(density[1:])
-        root = np.where(root > SPECTRUM_LEAST * root.max(), root, np.nan)
+        root = np.where(root > _SPECTRUM_LEAST * root.max(), root, np.nan)
         curve = PanelLine("spectrum", frequencies[1:], root, RUN, 1.0)
         up = "density [(m/s^2)/sqrt(Hz)]"
         curves = (curve, *_orders_at(data, root)) if np.isfinite(root).any() else ()
@@ -235,7 +235,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
     low, high = fall.edges[[0, -1]]
     if fall.amplitudes.size and high - low > 0.02 * high:
         values = 20.0 * np.log10(np.maximum(fall.amplitudes, 1e-300))
-        values = np.maximum(values, np.nanmax(values) - 20.0 * WATERFALL_DECADES)
+        values = np.maximum(values, np.nanmax(values) - 20.0 * _WATERFALL_DECADES)
         middles = 0.5 * (fall.edges[1:] + fall.edges[:-1])
         top = min(fall.frequencies[-1], 8.0 * high / (2.0 * math.pi))
         visible = fall.frequencies <= top
@@ -245,7 +245,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         for order, colour in ORDERS.items():
             ends = np.array([low, min(high, 2.0 * math.pi * top / order)])
             line = order * ends / (2.0 * math.pi)
-            orders.append(PanelLine(f"{order}x", line, ends, colour, 1.5, DASHED))
+            orders.append(PanelLine(f"{order}x", line, ends, colour, 1.5, _DASHED))
         yield Panel("waterfall", title, across, up, 1.4, tuple(orders), heat=heat)
     else:
         note = "the spindle's speed hardly changes, or there are too few samples"
@@ -262,7 +262,7 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
     for order, colour in ORDERS.items():
         if 0 < order * speed < data.spectrum.frequencies[-1]:
             line = np.full(2, order * speed)
-            yield PanelLine(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, DASHED)
+            yield PanelLine(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, _DASHED)
 
 
 def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:
@@ -298,7 +298,7 @@ def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
         names: names of the runs.
         runs: panels of each run.
     """
-    keys = [key for key in KEYS if any(p.key == key for panels in runs for p in panels)]
+    keys = [key for key in _KEYS if any(p.key == key for panels in runs for p in panels)]
     by_key = [{panel.key: panel for panel in panels} for panels in runs]
     rows = [[panels.get(key) for panels in by_key] for key in keys]
     drawn = [[panel for panel in row if panel is not None and not panel.note] for row in rows]

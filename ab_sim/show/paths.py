@@ -10,7 +10,7 @@ from ab_sim.show.curves import draw_curve, in_degrees, write_conventions
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import RUN, ball_styles
 
-MOST_NAMED = 10
+_MOST_NAMED = 10
 """Largest number of runs of a batch that a legend names."""
 
 
@@ -71,7 +71,7 @@ def drawn_batch(batch: Batch) -> ResultFigure:
     axes.set_ylabel("whirl W [m]")
     axes.set_title(f"{batch.runs[0].scene.name}: {len(batch.runs)} runs", fontsize=13)
     axes.grid(alpha=0.3)
-    if len(batch.runs) <= MOST_NAMED:
+    if len(batch.runs) <= _MOST_NAMED:
         figure.legend(loc="outside right upper", fontsize=8)
     write_conventions(figure)
     return figure

@@ -14,9 +14,9 @@ from ab_sim.show.panels import Grid, Panel
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import GREY, MAP, RUN, VERMILION
 
-MOST_NAMES = 8
+_MOST_NAMES = 8
 """Largest number of curves with a legend."""
-BAR = (1.02, 0.0, 0.03, 1.0)
+_BAR = (1.02, 0.0, 0.03, 1.0)
 """Position and size of a colour bar, as fractions of its panel."""
 
 
@@ -61,13 +61,13 @@ def draw_panel(figure: Figure, axes: Axes, panel: Panel) -> None:
             panel.heat.x, panel.heat.y, np.ma.masked_invalid(panel.heat.values), cmap=MAP,
             shading="nearest", rasterized=True,
         )  # fmt: skip
-        figure.colorbar(drawn, cax=axes.inset_axes(BAR), label=panel.heat.label)
+        figure.colorbar(drawn, cax=axes.inset_axes(_BAR), label=panel.heat.label)
     if panel.cloud is not None:
         axes.plot(panel.cloud.x, panel.cloud.y, color="0.85", lw=0.4, zorder=1)
         dots = axes.scatter(
             panel.cloud.x, panel.cloud.y, c=panel.cloud.time, s=4, cmap=MAP, lw=0, zorder=2
         )
-        figure.colorbar(dots, cax=axes.inset_axes(BAR), label="time [s]")
+        figure.colorbar(dots, cax=axes.inset_axes(_BAR), label="time [s]")
     for curve in panel.curves:
         axes.plot(
             curve.x, curve.y, color=curve.colour, lw=curve.width, label=curve.name,
@@ -82,7 +82,7 @@ def draw_panel(figure: Figure, axes: Axes, panel: Panel) -> None:
     axes.set_xlim(*panel.limits[0])
     axes.set_ylim(*panel.limits[1])
     axes.grid(alpha=0.3)
-    if 1 < len(panel.curves) + bool(panel.levels) <= MOST_NAMES + 1:
+    if 1 < len(panel.curves) + bool(panel.levels) <= _MOST_NAMES + 1:
         # Next to the panel, where it covers no curve; a map has its colour bar there.
         outside = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
         axes.legend(fontsize=8, **(outside if panel.heat is None else {"loc": "lower right"}))

@@ -18,8 +18,8 @@ from ab_sim.show.labels import Label, label_at_right
 from ab_sim.show.saved import ResultFigure
 from ab_sim.show.styles import distinct_colours
 
-STATE_COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:cyan")
-MARKERS = {True: "o", False: "X", None: "D"}
+_STATE_COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:cyan")
+_MARKERS = {True: "o", False: "X", None: "D"}
 """Markers by the linear test's verdict."""
 
 
@@ -37,12 +37,12 @@ def drawn_states(equilibria: Equilibria) -> ResultFigure:
     )
     plane = figure.add_subplot(1, 2, 1)
     ring = figure.add_subplot(1, 2, 2, projection="polar")
-    colours = distinct_colours(len(equilibria.branches), STATE_COLOURS, avoid=["k"])
+    colours = distinct_colours(len(equilibria.branches), _STATE_COLOURS, avoid=["k"])
     turned = np.linspace(0.0, 2.0 * math.pi, 181)
     for k, (state, colour) in enumerate(zip(equilibria.branches, colours, strict=True)):
         style: dict[str, Any] = {
             "color": colour,
-            "marker": MARKERS[state.stable],
+            "marker": _MARKERS[state.stable],
             "ls": "",
             "ms": 6,
         }
@@ -73,13 +73,13 @@ PATTERN_COLOURS = (
     "tab:olive",
 )
 """Colours of the first patterns; further ones have distinct colours."""
-VERDICT_STYLES: dict[bool | None, dict[str, Any]] = {
+_VERDICT_STYLES: dict[bool | None, dict[str, Any]] = {
     True: {"ls": "-", "lw": 2.2},
     False: {"ls": (0, (4, 2)), "lw": 1.1},
     None: {"ls": ":", "lw": 1.1},
 }
 """Line styles by the linear test's verdict."""
-MOST_LABELLED = 12
+_MOST_LABELLED = 12
 """Largest number of patterns that the legend names; it counts the others."""
 
 
@@ -157,7 +157,7 @@ def _draw_branch(
     if breaks:
         values[1:][np.abs(np.diff(values)) > 180.0] = np.nan
     verdicts = [state.stable for state in interval.states]
-    _draw_sections(axes, interval.speeds, values, verdicts, VERDICT_STYLES, color=colour)
+    _draw_sections(axes, interval.speeds, values, verdicts, _VERDICT_STYLES, color=colour)
 
 
 def _draw_sections(
@@ -180,14 +180,14 @@ def _draw_sections(
 def _branch_legend(colours: dict[str, str]) -> list[Line2D]:
     """Return legend entries for patterns, given with their colours, and for marks."""
     items = list(colours.items())
-    if len(items) > MOST_LABELLED:
+    if len(items) > _MOST_LABELLED:
         items = [item for item in items if item[0] == "balanced"]
         items.append((f"{len(colours) - len(items)} patterns", PATTERN_COLOURS[0]))
     lines = [Line2D([], [], color=colour, lw=2, label=name) for name, colour in items]
     parts = (
-        ("stable", {"color": "k", **VERDICT_STYLES[True]}),
-        ("unstable", {"color": "k", **VERDICT_STYLES[False]}),
-        ("undecided", {"color": "k", **VERDICT_STYLES[None]}),
+        ("stable", {"color": "k", **_VERDICT_STYLES[True]}),
+        ("unstable", {"color": "k", **_VERDICT_STYLES[False]}),
+        ("undecided", {"color": "k", **_VERDICT_STYLES[None]}),
         ("fold", {"color": "w", "marker": "D", "mec": "k", "ls": ""}),
         ("stability changes", {"color": "gold", "marker": "o", "mec": "k", "ls": ""}),
         ("no stable state", {"color": "0.9", "lw": 8}),
@@ -196,13 +196,13 @@ def _branch_legend(colours: dict[str, str]) -> list[Line2D]:
     return lines + [Line2D([], [], label=name, **style) for name, style in parts]
 
 
-SENSE_STYLES: dict[str | None, dict[str, Any]] = {
+_SENSE_STYLES: dict[str | None, dict[str, Any]] = {
     "forward": {"color": "tab:red", "ls": "-", "lw": 1.6, "zorder": 2.1},
     "backward": {"color": "tab:blue", "ls": (0, (4, 3)), "lw": 1.6, "zorder": 2.2},
     None: {"color": "0.4", "ls": "-", "lw": 1.6, "zorder": 2.0},
 }
 """Styles by the sense of whirl; one is dashed, so that both are visible where they coincide."""
-ONCE: dict[str, Any] = {"color": "tab:green", "ls": ":", "lw": 1.2}
+_ONCE: dict[str, Any] = {"color": "tab:green", "ls": ":", "lw": 1.2}
 RPM = 30.0 / math.pi
 
 
@@ -219,13 +219,13 @@ def drawn_campbell(vibration: NaturalVibration) -> ResultFigure:
     for branch in branches:
         senses = [mode.sense for mode in branch]
         frequencies = [mode.frequency for mode in branch]
-        _draw_sections(above, speeds, frequencies, senses, SENSE_STYLES)
+        _draw_sections(above, speeds, frequencies, senses, _SENSE_STYLES)
         ratios = _numbers([mode.damping_ratio for mode in branch])
-        _draw_sections(below, speeds, ratios, senses, SENSE_STYLES)
-    above.plot(speeds, speeds, **ONCE)
+        _draw_sections(below, speeds, ratios, senses, _SENSE_STYLES)
+    above.plot(speeds, speeds, **_ONCE)
     for speed, mode in vibration.over_speed.critical:
         above.plot(
-            speed, speed, "o", color=SENSE_STYLES[mode.sense]["color"], mec="k", ms=5, zorder=4
+            speed, speed, "o", color=_SENSE_STYLES[mode.sense]["color"], mec="k", ms=5, zorder=4
         )
     most = max(mode.frequency for branch in branches for mode in branch)
     above.set_ylim(0, 1.1 * most if most > 0 else speeds[-1])
@@ -251,18 +251,22 @@ def drawn_campbell(vibration: NaturalVibration) -> ResultFigure:
 def _mode_label(vibration: NaturalVibration, mode: Mode) -> Label:
     """Return the label of a mode at the largest speed: its frequency [rad/s], and what moves."""
     what = ", ".join(moving(vibration.linearised, mode)[:2])
-    return Label(mode.frequency, f"{mode.frequency:.4g}  {what}", SENSE_STYLES[mode.sense]["color"])
+    return Label(
+        mode.frequency, f"{mode.frequency:.4g}  {what}", _SENSE_STYLES[mode.sense]["color"]
+    )
 
 
 def _mode_legend(vibration: NaturalVibration) -> list[Line2D]:
     senses = {mode.sense for branch in vibration.over_speed.branches for mode in branch}
     names = {"forward": "forward whirl", "backward": "backward whirl", None: "back and forth"}
     lines = [
-        Line2D([], [], label=name, **SENSE_STYLES[sense])
+        Line2D([], [], label=name, **_SENSE_STYLES[sense])
         for sense, name in names.items()
         if sense in senses
     ]
-    once = Line2D([], [], label="once per revolution; critical speeds", marker="o", mec="k", **ONCE)
+    once = Line2D(
+        [], [], label="once per revolution; critical speeds", marker="o", mec="k", **_ONCE
+    )
     return [*lines, once]
 
 
@@ -270,7 +274,7 @@ def _times(factor: float) -> Callable[[np.ndarray], np.ndarray]:
     return lambda values: factor * values
 
 
-RECOVERY_COLOURS = ("tab:blue", "tab:orange")
+_RECOVERY_COLOURS = ("tab:blue", "tab:orange")
 """Colours of the scene, and of one ball in place of its balls."""
 
 
@@ -291,7 +295,7 @@ def drawn_recovery(recoveries: RecoveryOverDrag) -> ResultFigure:
     ways: list[tuple[str, Sequence[Recovery]]] = [(several, recoveries.at_drags)]
     if recoveries.one_ball is not None:
         ways.append(("1 ball of their mass", recoveries.one_ball[1:]))
-    for (name, runs), colour in zip(ways, RECOVERY_COLOURS, strict=False):
+    for (name, runs), colour in zip(ways, _RECOVERY_COLOURS, strict=False):
         style = {"color": colour, "marker": "o", "ms": 4, "label": name}
         settling = _numbers([run.settling_time for run in runs])
         times.plot(recoveries.drags, settling, **style)

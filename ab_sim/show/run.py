@@ -30,7 +30,7 @@ from ab_sim.show.styles import (
     ball_styles,
 )
 
-TILT = ("alpha, about x", "beta, about y", "gamma, about the shaft")
+_TILT = ("alpha, about x", "beta, about y", "gamma, about the shaft")
 KINDS = {
     "start_up": "Start-up",
     "speed_change": "Speed change",
@@ -38,7 +38,7 @@ KINDS = {
     "adaptive": "Adaptive start-up",
 }
 """Titles by the profile's kind."""
-LEAST = 1e-4
+_LEAST = 1e-4
 """Fraction of the peak below which whirl, height and tilt are not drawn."""
 
 
@@ -100,7 +100,7 @@ def drawn_run(
         _draw_torque(at["torque"], trajectory, motor)
     if balls:
         _draw_forces(at["force"], trajectory, scene)
-        draw_balls(at["angles"], trajectory, scene, metrics)
+        _draw_balls(at["angles"], trajectory, scene, metrics)
     if period_start is not None and period_start < time[-1]:
         _mark_period(panels, scene, period_start)
     figure.align_ylabels(panels)
@@ -181,7 +181,7 @@ def _draw_whirl(
     if finals and peak > 0:
         axes.set_yscale("log")
         top = max(m.peak_whirl for m in compared)
-        axes.set_ylim(max(0.3 * min(finals), LEAST * top) * scale, 3.0 * top * scale)
+        axes.set_ylim(max(0.3 * min(finals), _LEAST * top) * scale, 3.0 * top * scale)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.annotate(
             f"peak {peak:.4g} at {metrics.peak_time:.3f} s", (metrics.peak_time, peak),
@@ -212,7 +212,7 @@ def _towards_the_middle(at: float, time: np.ndarray) -> str:
 
 def _rises(path: Trajectory, scene: Scene) -> bool:
     """Return whether the deck moves along the shaft by more than rounding."""
-    least = LEAST * max(path.whirl.max(), scene.whirl_unit[0])
+    least = _LEAST * max(path.whirl.max(), scene.whirl_unit[0])
     return path.tilts and bool(np.ptp(path["z"]) > least)
 
 
@@ -224,8 +224,8 @@ def _draw_height(axes: Axes, path: Trajectory) -> None:
 def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
     """Draw each angle in its own colour, gamma (in the plane of the disc) behind the others."""
     angles = 1e3 * (path.tilt - rest_of(scene).tilt)
-    labels, least = [], LEAST * np.abs(angles).max()
-    for axis, (name, color) in enumerate(zip(TILT, SERIES, strict=True)):
+    labels, least = [], _LEAST * np.abs(angles).max()
+    for axis, (name, color) in enumerate(zip(_TILT, SERIES, strict=True)):
         if np.abs(angles[:, axis]).max() <= least:
             labels.append(Label(0.0, f"{name}: 0", color))
             continue
@@ -281,11 +281,11 @@ def _mark_period(panels: Sequence[Axes], scene: Scene, start: float) -> None:
 
 OPPOSITE = -180.0
 """Angle of the side opposite the unbalance [deg]."""
-MOST_LABELS = 8
+_MOST_LABELS = 8
 """Largest number of balls with names."""
 
 
-def draw_balls(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
+def _draw_balls(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
     """Draw ball angles, or speeds if balls circulate, because many turns of angle are illegible.
 
     Args:
@@ -308,7 +308,7 @@ def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -
     axes.plot(time, path["speed"], color=RUN, lw=1.0, ls="--", zorder=3)
     for ball, style in enumerate(ball_styles(path.balls)):
         draw_curve(axes, time, path["speed"] + path.ball_rates[:, ball], **style)
-        if path.balls <= MOST_LABELS and ball not in circulation.balls:
+        if path.balls <= _MOST_LABELS and ball not in circulation.balls:
             labels.append(Label(path["speed"][-1], f"ball {ball}", style["color"]))
     for speed in sorted({float(f"{speed:.3g}") for speed in circulation.speeds}):
         many = sum(
@@ -320,7 +320,7 @@ def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -
         axes.axhline(scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
         labels.append(Label(scene.critical_speed, "critical speed", LIMIT))
     axes.set_ylabel("speed of the balls\n[rad/s]")
-    label_at_right(axes, labels[:MOST_LABELS])
+    label_at_right(axes, labels[:_MOST_LABELS])
 
 
 def _draw_angles(axes: Axes, path: Trajectory, metrics: Metrics) -> None:
@@ -329,7 +329,7 @@ def _draw_angles(axes: Axes, path: Trajectory, metrics: Metrics) -> None:
     labels = []
     for ball, style in enumerate(ball_styles(path.balls)):
         axes.plot(time, angles[:, ball], **style)
-        if path.balls <= MOST_LABELS:
+        if path.balls <= _MOST_LABELS:
             labels.append(Label(angles[-1, ball], f"ball {ball}", style["color"]))
     low, high = min(np.nanmin(angles), OPPOSITE), max(np.nanmax(angles), OPPOSITE)
     margin = max(0.06 * (high - low), 15.0)

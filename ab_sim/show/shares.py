@@ -14,7 +14,7 @@ from ab_sim.design.statistics import ShareBalanced
 from ab_sim.show.many_runs import is_wide
 from ab_sim.show.saved import ResultFigure
 
-TOTAL, OTHER, FIRST_ORDER = (
+TOTAL, _OTHER, _FIRST_ORDER = (
     hexadecimal(colour) for colour in (palette.MAIN, palette.CHANGING, palette.MAIN_PALE)
 )
 """Colours of this scene and of total indices, of another scene, and of first-order indices."""
@@ -48,7 +48,7 @@ def _draw_distribution(spread: Spread, axes: Axes, metric: str) -> None:
     """Draw the share of runs up to a value, quantiles, and bounds as lines."""
     designs = [(spread.runs, TOTAL)]
     if spread.against is not None:
-        designs.insert(0, (spread.against.runs, OTHER))
+        designs.insert(0, (spread.against.runs, _OTHER))
     everything = []
     for runs, colour in designs:
         values = np.sort(runs.shown(metric)[np.isfinite(runs[metric])])
@@ -86,7 +86,7 @@ def _draw_indices(spread: Spread, axes: Axes, what: str, named: bool) -> None:
     indices = spread.sobol.indices[what]
     places = np.arange(len(indices))[::-1].astype(float)
     for shift, colour, values, intervals in (
-        (0.19, FIRST_ORDER, [i.first for i in indices], [i.first_interval for i in indices]),
+        (0.19, _FIRST_ORDER, [i.first for i in indices], [i.first_interval for i in indices]),
         (-0.19, TOTAL, [i.total for i in indices], [i.total_interval for i in indices]),
     ):
         axes.barh(places + shift, values, height=0.36, color=colour)
@@ -110,7 +110,7 @@ def _spread_legend(spread: Spread) -> list[Line2D]:
     handles = [Line2D([], [], color=TOTAL, lw=1.5, label=spread.scene.name)]
     if spread.against is not None:
         other = spread.against.runs.scene.name
-        handles.append(Line2D([], [], color=OTHER, lw=1.5, label=f"against {other}"))
+        handles.append(Line2D([], [], color=_OTHER, lw=1.5, label=f"against {other}"))
     handles.append(
         Line2D([], [], color="black", marker="o", ms=4, label="quantile, interval of 95 %")
     )
@@ -118,7 +118,7 @@ def _spread_legend(spread: Spread) -> list[Line2D]:
     if bounded:
         handles.append(Line2D([], [], color=BOUND, ls="--", label="bound"))
     if spread.sobol.indices:
-        labels = ((FIRST_ORDER, "index of the spread alone"), (TOTAL, "with interactions"))
+        labels = ((_FIRST_ORDER, "index of the spread alone"), (TOTAL, "with interactions"))
         for colour, label in labels:
             handles.append(Line2D([], [], color=colour, marker="s", ms=9, ls="", label=label))
     return handles

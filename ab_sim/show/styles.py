@@ -25,7 +25,7 @@ MAP = "cividis"
 """Colour map: monotonically from dark to light, suitable for colour-blind readers."""
 
 
-def ball_colours(count: int) -> list[str]:
+def _ball_colours(count: int) -> list[str]:
     """Return the colours of the first balls."""
     return [hexadecimal(ball_colour(ball)) for ball in range(count)]
 
@@ -69,7 +69,7 @@ COLOURS = 7
 """Number of consecutive curves that share a style, each with its own colour."""
 
 
-def dashes_of(number: int) -> tuple[float, ...]:
+def _dashes_of(number: int) -> tuple[float, ...]:
     """Return the dashes of the curve with a number, counted from 0; empty for a solid line."""
     return DASHES[number // COLOURS % len(DASHES)]
 
@@ -78,6 +78,6 @@ def ball_styles(balls: int) -> list[dict[str, Any]]:
     """Return a style per ball; later ones are thinner, so that coinciding curves remain visible."""
     widths = np.linspace(3.0, 1.0, balls) if balls > 1 else [1.8]
     return [
-        {"color": colour, "lw": width, "dashes": dashes_of(ball)}
-        for ball, (colour, width) in enumerate(zip(ball_colours(balls), widths, strict=True))
+        {"color": colour, "lw": width, "dashes": _dashes_of(ball)}
+        for ball, (colour, width) in enumerate(zip(_ball_colours(balls), widths, strict=True))
     ]

@@ -298,7 +298,7 @@ def rows(a: Expression) -> Expression:
 ROWS = "rows"
 """Name of the input that holds the matrix of ``rows``."""
 
-REBUILD: dict[str, Callable[..., "Expression"]] = {
+_REBUILD: dict[str, Callable[..., "Expression"]] = {
     "add": add,
     "sub": sub,
     "mul": mul,
@@ -317,7 +317,7 @@ def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
         return x
     if x.op == "total":
         return total(arguments[0])
-    return REBUILD[x.op](*arguments) if x.op in REBUILD else x.graph.node(x.op, *arguments)
+    return _REBUILD[x.op](*arguments) if x.op in _REBUILD else x.graph.node(x.op, *arguments)
 
 
 def reachable_nodes(

@@ -118,11 +118,11 @@ def halved(parts: Sequence[Any], add: Any) -> Any:
     return remaining[0]
 
 
-QUARTERS = 0.6366197723675814
+_QUARTERS = 0.6366197723675814
 """2/pi, the number of quarter turns per radian."""
 ROUND = 6755399441055744.0
 """1.5 * 2^52; adding and subtracting it rounds a number to the nearest integer."""
-PI_2A, PI_2B, PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+_PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 """pi/2 in pieces of 33 bits, whose products with up to 2^20 quarter turns are exact. With more, the
 remainder after the first piece is still exact, and the other pieces are small."""
 
@@ -132,10 +132,10 @@ def cos_sin(x: float) -> tuple[float, float]:
 
     The code has no branches, so it can run in lanes.
     """
-    quarters = fma(x, QUARTERS, ROUND) - ROUND
+    quarters = fma(x, _QUARTERS, ROUND) - ROUND
     # Cody and Waite reduction: r is x less the nearest multiple of pi/2, so abs(r) <= pi/4.
-    r = fma(quarters, -PI_2A, x)
-    r = fma(quarters, -PI_2C, fma(quarters, -PI_2B, r))
+    r = fma(quarters, -_PI_2A, x)
+    r = fma(quarters, -_PI_2C, fma(quarters, -_PI_2B, r))
     z = r * r
     zz = z * z
     # Polynomials of sine and cosine on +-pi/4, from fdlibm's __kernel_sin and __kernel_cos (Sun

@@ -22,12 +22,12 @@ from ab_sim.tracing.expression import (
 from ab_sim.tracing.functions import added_up, cos_sin
 
 NOTHING: Mapping[Expression, Expression] = {}
-"""Default of ``mapped``: no input is replaced."""
+"""Default of ``_mapped``: no input is replaced."""
 
 
 def lowered(roots: Iterable[Expression]) -> list[Expression]:
     """Return the roots without ``cos`` and ``sin``, and with fused products."""
-    return fused(without_cosines(roots))
+    return _fused(without_cosines(roots))
 
 
 def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
@@ -43,10 +43,10 @@ def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
         replacement: Expression = pairs[angle.number][x.op == "sin"]
         return replacement
 
-    return mapped(roots, rule)
+    return _mapped(roots, rule)
 
 
-def fused(roots: Iterable[Expression]) -> list[Expression]:
+def _fused(roots: Iterable[Expression]) -> list[Expression]:
     """Return the roots with products fused into sums (``fma``).
 
     A product is fused if its only use is in a sum. If both terms of a sum are such products, the
@@ -70,10 +70,10 @@ def fused(roots: Iterable[Expression]) -> list[Expression]:
                     return fma(neg(a) if minus else a, b, other)
         return rebuilt(x, args)
 
-    return mapped(roots, rule)
+    return _mapped(roots, rule)
 
 
-def mapped(
+def _mapped(
     roots: Iterable[Expression],
     rule: Callable[[Expression, Sequence[Expression]], Expression],
     inputs: Mapping[Expression, Expression] = NOTHING,

@@ -24,7 +24,7 @@ class Optimization(NamedTuple):
 
 AS_WRITTEN = Optimization((), 3)
 """Setting for code without branches or repeated computations, as ``llvm_text`` emits it."""
-COMBINED = Optimization(("instruction_combine",), 3)
+_COMBINED = Optimization(("instruction_combine",), 3)
 """Setting for code without branches that also assembles vectors and takes them apart. All passes of
 LLVM's level 3 take six times as long to run and do not make the code faster."""
 CONTROL = Optimization(
@@ -60,7 +60,7 @@ class MachineCode:
         self,
         text: str,
         features: str | None = None,
-        optimization: Optimization = COMBINED,
+        optimization: Optimization = _COMBINED,
         elsewhere: Mapping[str, int] = NOTHING,
     ) -> None:
         machine = _machine(features, optimization.level)
@@ -83,7 +83,7 @@ class MachineCode:
         return value
 
 
-def processor_features() -> str:
+def _processor_features() -> str:
     """Return the processor features that code may use, in LLVM's notation.
 
     The environment variable ``LIMIT`` is appended, which turns features off.
@@ -138,7 +138,7 @@ def _native() -> Any:
 def _machine(features: str | None, level: int) -> Any:
     """Return the target machine, which generates code for a processor."""
     if features is None:
-        return _machine_for(llvm.get_host_cpu_name(), processor_features(), level)
+        return _machine_for(llvm.get_host_cpu_name(), _processor_features(), level)
     return _machine_for("", features, level)
 
 

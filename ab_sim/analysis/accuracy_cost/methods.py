@@ -203,7 +203,7 @@ class ByTolerance:
         return np.concatenate(kept)
 
 
-MOST_STEPS = 10**7
+_MOST_STEPS = 10**7
 """Largest number of steps that a solver may take in a leg."""
 # SciPy's type hints cover neither compiled functions nor methods named at run time.
 _SOLVE_IVP: Any = solve_ivp
@@ -247,7 +247,7 @@ def lsoda(
                 tfirst=True,
                 rtol=relative,
                 atol=absolute,
-                mxstep=MOST_STEPS,
+                mxstep=_MOST_STEPS,
                 full_output=True,
             )
         except ODEintWarning as warning:
@@ -256,8 +256,8 @@ def lsoda(
 
 
 dop853: LegSolver = partial(_solve_ivp, "DOP853")
-radau: LegSolver = partial(_solve_ivp, "Radau")
-SCIPY: dict[str, LegSolver] = {"DOP853": dop853, "LSODA": lsoda, "Radau": radau}
+_radau: LegSolver = partial(_solve_ivp, "Radau")
+SCIPY: dict[str, LegSolver] = {"DOP853": dop853, "LSODA": lsoda, "Radau": _radau}
 """Solvers of SciPy by display name."""
 
 
@@ -289,7 +289,7 @@ def _solve_by_cvode(
         method=method,
         rtol=relative,
         atol=absolute,
-        max_num_steps=MOST_STEPS,
+        max_num_steps=_MOST_STEPS,
     )
     try:
         done = cvode.solve(leg.grid, state)

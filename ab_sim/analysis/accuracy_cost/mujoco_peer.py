@@ -24,11 +24,11 @@ from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene.model import Scene
 
-KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}
+_KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}
 """Effects that the MuJoCo model represents."""
-IMMOVABLE = 1e15
+_IMMOVABLE = 1e15
 """Ratio of the spindle's inertia to that of rotor and balls: their effect is below rounding."""
-LEAST = 1e-14
+_LEAST = 1e-14
 """Inertia close to MuJoCo's minimum, in units in which a ball's inertia m R^2 is about 1."""
 
 
@@ -36,7 +36,7 @@ def mujoco_refusal(scene: Scene) -> str:
     """Return the reason why MuJoCo cannot represent a scene; empty if it can."""
     if scene.deck is not None:
         return "the MuJoCo model here covers only a deck in the plane"
-    others = [name for name in scene.effects if name not in KNOWN]
+    others = [name for name in scene.effects if name not in _KNOWN]
     if others:
         return f"the MuJoCo model here lacks {', '.join(others)}"
     segments = [piece.law for piece in SpeedSchedule.of_scene(scene).segments]
@@ -98,7 +98,7 @@ class MuJoCo:
                 for spin, ball in zip(spins, balls, strict=True)
             ]
         )
-        self.spindle = IMMOVABLE * scene.total_mass * (R + scene.rotor.eccentricity) ** 2
+        self.spindle = _IMMOVABLE * scene.total_mass * (R + scene.rotor.eccentricity) ** 2
         drags = [over_effects(effects, "ball_drag", 0.0, ball) * R * R for ball in balls]
         self.model = mujoco.MjModel.from_xml_string(
             self._xml([ball.mass for ball in balls], drags, [spin * R * R for spin in spins])
@@ -113,7 +113,7 @@ class MuJoCo:
             drags: drag torque per angular speed of each ball [N m s/rad].
             spins: inertia of each ball's spin about the shaft, (I/a^2) R^2 [kg m^2].
         """
-        scene, unit, least = self.scene, self.unit, LEAST
+        scene, unit, least = self.scene, self.unit, _LEAST
         suspension = scene.effects.get("suspension")
         k, c = (suspension.stiffness, suspension.damping) if suspension else (0.0, 0.0)
         rotor = scene.eccentric_mass

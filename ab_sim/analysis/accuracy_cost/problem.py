@@ -27,7 +27,7 @@ LADDER = (0.1e-3, 0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3, 10e-3)
 """Steps at which every stepper is measured [s]; all divide the longest."""
 LEAST_SAMPLES = 20
 """Least number of sample periods in a scene."""
-DENSE = 0.5e-3
+_DENSE = 0.5e-3
 """Shortest step [s] for which runs are compared at the end of every step. Just after a jump of the
 spindle's acceleration, errors of long steps peak for some milliseconds."""
 
@@ -68,7 +68,7 @@ def sampling_of(scene: Scene) -> SampleTimes:
 
     The period is the smallest multiple of the ladder's longest step that the scene's step divides,
     or that longest step itself if too few samples would remain. A short scene uses a shorter step
-    of the ladder. All steps down to ``DENSE``, of the ladder and of the scene, end at one of the
+    of the ladder. All steps down to ``_DENSE``, of the ladder and of the scene, end at one of the
     period's parts, unless that needs too many parts. If the duration is not a multiple of the
     period, the comparison ends at the last whole period.
 
@@ -96,7 +96,7 @@ def _parts(sampling: SampleTimes, steps: list[float]) -> int:
         per_period = sampling.per_period(step)
         if (
             per_period
-            and step >= DENSE
+            and step >= _DENSE
             and sampling.number * math.lcm(parts, per_period) <= MOST_SAMPLES
         ):
             parts = math.lcm(parts, per_period)

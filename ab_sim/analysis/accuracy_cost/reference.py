@@ -33,11 +33,11 @@ from ab_sim.engine.integrate.vector_field import Field
 from ab_sim.model.dynamics.assemble import linear_rates
 from ab_sim.scene.model import Scene
 
-NODES, ITERATIONS = 8, 60
+NODES, _ITERATIONS = 8, 60
 """Number of collocation nodes, and largest number of iterations of a step."""
 LONGEST = 1e-3
 """Longest step [s]."""
-STEP_TIMES_RATE = 1.0
+_STEP_TIMES_RATE = 1.0
 """Largest product of step and fastest rate; the iteration then converges in about 20 rounds."""
 SETTLED = 3e-16
 """Change at which the iteration ends, relative to each state's magnitude."""
@@ -106,7 +106,7 @@ def gauss_nodes(count: int = NODES) -> CollocationCoefficients:
 def step_for(f: RightHandSide) -> float:
     """Return the longest step at which the iteration for a scene converges [s]."""
     rates = linear_rates(f.system, f.scene.spindle.max_speed).values()
-    return min([LONGEST, *(STEP_TIMES_RATE / abs(rate) for rate in rates if rate)])
+    return min([LONGEST, *(_STEP_TIMES_RATE / abs(rate) for rate in rates if rate)])
 
 
 def collocate(f: RightHandSide, longest: float) -> np.ndarray:
@@ -130,7 +130,7 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
             steps = math.ceil((end - begin) / longest - 1e-9)
             length = (end - begin) / steps
             local = begin - leg.scheduled.start
-            if not compiled(take_steps)(method, local, length, steps, state):
+            if not compiled(_take_steps)(method, local, length, steps, state):
                 raise FailedError(
                     f"collocation does not converge at t = {begin:.6g} s with steps of {length:g} s"
                 )
@@ -139,7 +139,7 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     return np.concatenate(kept)
 
 
-def take_steps(
+def _take_steps(
     collocation_steps: CollocationSteps, begin: float, length: float, steps: int, state: Floats
 ) -> bool:
     """Take equal steps by collocation; to be compiled.
@@ -172,7 +172,7 @@ def take_steps(
         # Fixed-point iteration of all stages from the slope at the step's start. It converges
         # because ``step_for`` limits the step by the fastest rate.
         settled, change = False, math.inf
-        for _ in range(ITERATIONS):
+        for _ in range(_ITERATIONS):
             change = 0.0
             for i in range(count):
                 for j in range(states):
@@ -209,16 +209,16 @@ def take_steps(
     return True
 
 
-TIGHT, TIGHT_STIFF = 2.5e-14, 1e-10
+_TIGHT, _TIGHT_STIFF = 2.5e-14, 1e-10
 """Relative tolerances of SciPy's solutions, for other scenes and for very stiff ones.
 
 2.5e-14 is slightly above the least that SciPy accepts, 100 times the rounding error.
 """
-MOST_COLLOCATED = 1_500_000
+_MOST_COLLOCATED = 1_500_000
 """Maximum number of collocation steps; stiffer scenes use SciPy's implicit method."""
 SHORT = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7, 1e-7)
 """Steps for references with events [s]; the longest stable one is used."""
-MOST_STEPS = 10_000_000
+_MOST_STEPS = 10_000_000
 """Largest number of steps of a reference with events."""
 EQUATIONS = ("equations of motion",)
 """Code that a reference without events shares with the package's methods."""
@@ -262,24 +262,24 @@ def smooth_reference(f: RightHandSide) -> Reference:
     step = min(step_for(f), f.sampling.period)
     steps = f.sampling.end / step
     try:
-        if steps <= MOST_COLLOCATED:
+        if steps <= _MOST_COLLOCATED:
             first = f.samples(collocate(f, step))
-            second = _by_tolerance(f, "DOP853", TIGHT)
+            second = _by_tolerance(f, "DOP853", _TIGHT)
             text = (
                 f"Gauss collocation of order {2 * NODES} at {step:.3g} s, checked by SciPy's "
-                f"DOP853 at rtol {TIGHT:g}"
+                f"DOP853 at rtol {_TIGHT:g}"
             )
         else:
-            first, second = (_by_tolerance(f, name, TIGHT_STIFF) for name in ("Radau", "LSODA"))
+            first, second = (_by_tolerance(f, name, _TIGHT_STIFF) for name in ("Radau", "LSODA"))
             text = (
-                f"SciPy's Radau at rtol {TIGHT_STIFF:g}, checked by its LSODA at the same; the "
+                f"SciPy's Radau at rtol {_TIGHT_STIFF:g}, checked by its LSODA at the same; the "
                 "drag is too stiff for collocation"
             )
     except FailedError as error:
         raise InputError(
             f"{f.scene.name}: cannot compute a reference: {error}; try a shorter duration"
         ) from error
-    judged_by_second = () if steps <= MOST_COLLOCATED else ("Radau",)
+    judged_by_second = () if steps <= _MOST_COLLOCATED else ("Radau",)
     return Reference(
         text, EQUATIONS, _uncertainty(f.scene, first, second), first, second, judged_by_second
     )
@@ -332,14 +332,14 @@ def _shortest(
     for step in SHORT:
         if step >= below:
             continue
-        if sampling.finest.per_period(step) and sampling.end / step <= MOST_STEPS:
+        if sampling.finest.per_period(step) and sampling.end / step <= _MOST_STEPS:
             try:
                 return OwnStepper(scene, sampling, stepper, step), step
             except SceneError as error:
                 refusal = str(error)
     raise InputError(
         f"{scene.name}: cannot compute a reference with {stepper}, steps of at least {SHORT[-1]:g} "
-        f"s and at most {MOST_STEPS} steps: {refusal or 'the run is too long'}; try a shorter "
+        f"s and at most {_MOST_STEPS} steps: {refusal or 'the run is too long'}; try a shorter "
         "duration, or less drag"
     )
 

@@ -45,13 +45,13 @@ from ab_sim.model.dynamics.system import has_events
 from ab_sim.scene.load import SceneLike, as_scene, with_solver
 from ab_sim.scene.model import Scene
 
-TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
+_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
 """Relative tolerances at which peers are measured."""
-FINER = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
+_FINER = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
 """Shorter steps than requested [s], for a stepper that is unstable at the requested ones."""
-LEAST_STEPS = 3
+_LEAST_STEPS = 3
 """Least number of steps at which a stepper is measured, if it is stable at that many."""
-EXTRA = "not installed; pip install 'ab_sim[peers]'"
+_EXTRA = "not installed; pip install 'ab_sim[peers]'"
 """Text for a missing peer."""
 
 Setting = tuple[str, Callable[[], MeasuredMethod]]
@@ -98,7 +98,7 @@ def all_families(
 def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterator[Family]:
     """Yield every registered stepper with its settings: the steps [s], and the scene's own step.
 
-    A stepper that is stable at fewer than ``LEAST_STEPS`` of them also gets steps of ``FINER``.
+    A stepper that is stable at fewer than ``_LEAST_STEPS`` of them also gets steps of ``_FINER``.
     """
     scene_steps = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
     ladder = sorted({*steps, *scene_steps}, reverse=True)
@@ -107,13 +107,13 @@ def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterat
             (f"{1e3 * step:g} ms", partial(OwnStepper, scene, sampling, name, step))
             for step in ladder
         ]
-        longest = _longest(scene, name, ladder[-1] if ladder else FINER[-1])
+        longest = _longest(scene, name, ladder[-1] if ladder else _FINER[-1])
         allowed = sum(step <= longest for step in ladder)
-        finer = [s for s in FINER if s <= longest and sampling.per_period(s)]
-        if allowed < LEAST_STEPS:
+        finer = [s for s in _FINER if s <= longest and sampling.per_period(s)]
+        if allowed < _LEAST_STEPS:
             settings += [
                 (f"{1e3 * step:g} ms", partial(OwnStepper, scene, sampling, name, step))
-                for step in finer[: LEAST_STEPS - allowed]
+                for step in finer[: _LEAST_STEPS - allowed]
             ]
         yield name, settings
 
@@ -124,9 +124,9 @@ def _longest(scene: Scene, stepper: str, step: float) -> float:
     Args:
         scene: scene to run.
         stepper: name of the stepper.
-        step: step that is tried first [s]; if the stepper refuses it, those of ``FINER`` follow.
+        step: step that is tried first [s]; if the stepper refuses it, those of ``_FINER`` follow.
     """
-    for shorter in (step, *FINER):
+    for shorter in (step, *_FINER):
         candidate = with_solver(scene, stepper, shorter)
         try:
             return choose_stepper(candidate, system_of(candidate)).longest
@@ -149,7 +149,7 @@ def _by_tolerance(
     try:
         solvers.update(cvode_solvers())
     except ImportError:
-        missing.append(OmittedMethod("CVODE", f"scikit-sundae is {EXTRA}"))
+        missing.append(OmittedMethod("CVODE", f"scikit-sundae is {_EXTRA}"))
     # Compiled once, when the first method needs it.
     f_balance = (
         lru_cache(partial(RightHandSide, f.scene, f.sampling, True))
@@ -174,7 +174,7 @@ def _mujoco(
     """Return MuJoCo with its steps [s]; append it to ``missing`` if it cannot run the scene."""
     refusal = mujoco_refusal(scene)
     if not refusal and importlib.util.find_spec("mujoco") is None:
-        refusal = f"MuJoCo is {EXTRA}"
+        refusal = f"MuJoCo is {_EXTRA}"
     if refusal:
         missing.append(OmittedMethod(MuJoCo.name, refusal))
         return []
@@ -197,9 +197,9 @@ REPEATS = 9
 
 NEAR = 3.0
 """Ratio of error to the reference's uncertainty below which no finer settings are run."""
-LONG_RUN = 3.0
+_LONG_RUN = 3.0
 """CPU time of a run beyond which finer settings of the method are left out [s]."""
-TIME_FOR_ONE = 6.0
+_TIME_FOR_ONE = 6.0
 """CPU time for the repeats of one setting [s]."""
 
 
@@ -217,7 +217,7 @@ class _Candidate:
         self, method: MeasuredMethod, errors: RunErrors, seconds: float, repeats: int
     ) -> None:
         self.method, self.errors = method, errors
-        self.repeats = max(1, min(repeats, math.ceil(TIME_FOR_ONE / max(seconds, 1e-9))))
+        self.repeats = max(1, min(repeats, math.ceil(_TIME_FOR_ONE / max(seconds, 1e-9))))
         self.seconds: list[float] = []
 
     def time_once(self) -> None:
@@ -233,7 +233,7 @@ def accuracy_cost(
     repeats: int = REPEATS,
     *,
     steps: Sequence[float] = LADDER,
-    tolerances: Sequence[float] = TOLERANCES,
+    tolerances: Sequence[float] = _TOLERANCES,
     progress: Progress | None = None,
 ) -> AccuracyCost:
     """Measure error and CPU time of every method at every setting: ``ab-sim accuracy``.
@@ -396,7 +396,7 @@ class _Study:
         limit = self.reference.uncertainty
         if deviation.angle <= NEAR * limit.angle and deviation.whirl <= NEAR * limit.whirl:
             return "its error is already as small as the reference can resolve"
-        if seconds > LONG_RUN:
+        if seconds > _LONG_RUN:
             return f"a run already takes {seconds:.1f} s"
         return ""
 

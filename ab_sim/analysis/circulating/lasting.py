@@ -43,13 +43,13 @@ def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:
     return state
 
 
-BEATS = 1000.0
+_BEATS = 1000.0
 """Duration of the simulation in beats, unless that takes too many steps."""
 STEP = 0.25
 """Largest step times spindle speed [rad]."""
-FEWEST_BEATS = 50.0
+_FEWEST_BEATS = 50.0
 """Least number of beats of a meaningful simulation."""
-MOST_STEPS = 3e5
+_MOST_STEPS = 3e5
 """Largest number of steps."""
 OFF = 1e-3
 """Standard deviation of the disturbance of the ball angles [rad].
@@ -65,7 +65,7 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
 
     A bunch lasts if its balls keep its speed and the others keep the spindle's. Friction is left
     out, as for resting states. None is also returned if the balls are nearly as fast as the rotor:
-    a simulation of ``FEWEST_BEATS`` beats would then take more than ``MOST_STEPS`` steps.
+    a simulation of ``_FEWEST_BEATS`` beats would then take more than ``_MOST_STEPS`` steps.
 
     Args:
         scene: scene of the bunch.
@@ -74,8 +74,8 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     w, n = bunch.spindle_speed, len(resting_system(scene).balls)
     step = min(scene.solver.step, max(round(STEP / abs(w), 9), 1e-9))
     beat = 2.0 * math.pi / abs(w - bunch.speed)
-    steps = math.ceil(min(BEATS * beat / step, MOST_STEPS))
-    if steps * step < FEWEST_BEATS * beat:
+    steps = math.ceil(min(_BEATS * beat / step, _MOST_STEPS))
+    if steps * step < _FEWEST_BEATS * beat:
         return None
     solver = scene.solver.model_copy(update={"stepper": "auto", "parameters": {}, "step": step})
     drive = Drive(running_at(scene, w).model_copy(update={"solver": solver}))

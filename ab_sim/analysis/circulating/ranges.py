@@ -15,11 +15,11 @@ FOLD, UNSTABLE, LARGE_SWING, SEARCH_END = "fold", "unstable", "swings", "end of 
 ``FOLD``: the state meets an unstable one. ``UNSTABLE``: it loses stability. ``LARGE_SWING``: swings
 become too large for the closed form. ``SEARCH_END``: the range of the search ends.
 """
-LOOKS = 160
+_LOOKS = 160
 """Number of parameter values at which a bunch is sought; narrower ranges can be missed."""
-SAME = 1e-3
+_SAME = 1e-3
 """Relative difference of speed beyond which two bunches count as different."""
-BISECTIONS = 60
+_BISECTIONS = 60
 """Largest number of bisections of a limit; 60 reach neighbouring floating-point numbers."""
 
 
@@ -54,7 +54,7 @@ def speed_ranges(drive: BunchDrive, count: int, also: Sequence[float] = ()) -> l
         also: further spindle speeds [rad/s] at which the bunch is sought.
     """
     critical = math.sqrt(drive.stiffness / drive.mass)
-    values = np.geomspace(0.1 * critical, max(FASTEST, critical), LOOKS)
+    values = np.geomspace(0.1 * critical, max(FASTEST, critical), _LOOKS)
     values = np.union1d(values, [abs(value) for value in also if value])
     return _ranges(lambda w: (drive, w), count, values)
 
@@ -69,7 +69,7 @@ def drag_ranges(drive: BunchDrive, speed: float, count: int) -> list[BunchRange]
         speed: spindle speed w [rad/s], not 0.
         count: number of balls in the bunch, from 1 to the number of balls.
     """
-    values = np.union1d(drive.drag * np.geomspace(1e-3, 1e3, LOOKS), [drive.drag])
+    values = np.union1d(drive.drag * np.geomspace(1e-3, 1e3, _LOOKS), [drive.drag])
     return _ranges(lambda drag: (drive._replace(drag=drag), abs(speed)), count, values)
 
 
@@ -111,7 +111,7 @@ def _end(case: Case, count: int, inside: float, outside: float | None) -> tuple[
     """
     if outside is None:
         return inside, SEARCH_END, _speed(stalled(*case(inside), count))
-    for _ in range(BISECTIONS):
+    for _ in range(_BISECTIONS):
         middle = 0.5 * (inside + outside)
         if middle in (inside, outside):
             break
@@ -123,7 +123,7 @@ def _end(case: Case, count: int, inside: float, outside: float | None) -> tuple[
     # A bunch at nearly the same speed just outside has lost its stability, or the swings are too
     # large there. Without any, the bunch has ended in a fold.
     beyond = bunches(*case(outside), count)
-    near = [state for state in beyond if abs(state.speed - speed) <= SAME * speed]
+    near = [state for state in beyond if abs(state.speed - speed) <= _SAME * speed]
     if not near:
         return inside, FOLD, speed
     return inside, LARGE_SWING if not near[0].valid else UNSTABLE, speed

@@ -29,14 +29,14 @@ from ab_sim.analysis.equilibria.resting import ClosedFormRotor, field_at, state_
 from ab_sim.drive import closed_forms
 from ab_sim.model.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System, layout_of
 
-LEVELS = 17
+_LEVELS = 17
 """Number of levels of rho, from its minimum to its maximum."""
 STARTS = 36
 """Number of random starts of the search for the extremes of rho, to be divided by the number of
 balls; at least two are used."""
-SCATTER = 48
+_SCATTER = 48
 """Number of additional random positions if the balls differ."""
-SAME = 1e-12
+_SAME = 1e-12
 """Values of rho closer than this are equal."""
 
 
@@ -93,7 +93,7 @@ def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, .
     candidates = [] if middle is None else [middle]
     candidates += _between(rotor, low, high, starts, draw)
     if len({*kinds}) > 1:
-        candidates += _balanced_from(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
+        candidates += _balanced_from(rotor, draw.uniform(-math.pi, math.pi, (_SCATTER, n)))
     return np.array(candidates)
 
 
@@ -123,7 +123,7 @@ def _ends(
     return starts, converged[0], converged[-1]
 
 
-def position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
+def _position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
     """Return a balanced position [rad] with a given rho, for three or more balls.
 
     Args:
@@ -132,7 +132,7 @@ def position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
             known position with the nearest rho is returned.
     """
     by_distance = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
-    if abs(doubling(rotor, by_distance[0]) - rho) <= SAME:
+    if abs(doubling(rotor, by_distance[0]) - rho) <= _SAME:
         return by_distance[0]
     draw = np.random.default_rng(0)
     # Near the ends rho hardly changes along the set, so Newton's method fails from some starts.
@@ -162,7 +162,7 @@ def _between(
     reached are skipped.
     """
     angles = [low]
-    levels = np.linspace(doubling(rotor, low), doubling(rotor, high), LEVELS)
+    levels = np.linspace(doubling(rotor, low), doubling(rotor, high), _LEVELS)
     for level in levels[1:-1].tolist():
         # Perturb the starts: where rho is extreme its gradient vanishes, and Newton's method has no
         # direction.
@@ -240,9 +240,9 @@ def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndar
     return _closed(rotor, minimum.x)
 
 
-GROWTH_LEVELS = 33
+_GROWTH_LEVELS = 33
 """Number of levels of rho between which the extremes of the growth rate are bracketed."""
-NARROW = 1e-9
+_NARROW = 1e-9
 """Width of the range of rho below which it counts as a single position."""
 CLOSE = 1e-8
 """Tolerance of rho, as a fraction of its range."""
@@ -286,13 +286,13 @@ def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[n
         return [*positions(rotor)]
     low, high = ends(rotor)
     first, last = doubling(rotor, low), doubling(rotor, high)
-    if last - first <= NARROW:
+    if last - first <= _NARROW:
         return [middle]
-    growth, levels = growths(system, speed, low), np.linspace(first, last, GROWTH_LEVELS)
+    growth, levels = growths(system, speed, low), np.linspace(first, last, _GROWTH_LEVELS)
     samples = growth(levels)
     worst = _least(lambda rhos: -growth(rhos), levels, -samples)
     best = _least(growth, levels, samples)
-    return [middle, position_at(rotor, worst), position_at(rotor, best)]
+    return [middle, _position_at(rotor, worst), _position_at(rotor, best)]
 
 
 def _least(growth: Growth, levels: np.ndarray, samples: np.ndarray) -> float:

@@ -27,10 +27,10 @@ from ab_sim.scene.model import Scene
 
 CLOSE = 1e-6
 """Fraction of a speed range, at each end, in which rounding may change the number of radii."""
-MANY = 12
+_MANY = 12
 """Number of balls above which fewer speeds are used."""
-FEWER = 30
-"""Number of speeds used with more than ``MANY`` balls."""
+_FEWER = 30
+"""Number of speeds used with more than ``_MANY`` balls."""
 
 
 def branches_over_speed(
@@ -56,8 +56,8 @@ def branches_over_speed(
     if rotor is None:
         return traced_branches(system, speeds, progress)
     patterns = patterns_of(rotor)
-    if len(rotor.moments) > MANY and len(speeds) > FEWER:
-        speeds = speeds[np.linspace(0, len(speeds) - 1, FEWER).astype(int)]
+    if len(rotor.moments) > _MANY and len(speeds) > _FEWER:
+        speeds = speeds[np.linspace(0, len(speeds) - 1, _FEWER).astype(int)]
     intervals: list[BranchInterval] = []
     folds: list[tuple[str, Fold]] = []
     for k, pattern in enumerate(patterns):

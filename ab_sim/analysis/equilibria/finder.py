@@ -26,7 +26,7 @@ from ab_sim.analysis.held_speed import state_scale
 from ab_sim.base.presentation import in_one_turn
 from ab_sim.model.dynamics.system import MASS, RACE_RADIUS, System
 
-IN_LINE = 0.2
+_IN_LINE = 0.2
 """Sine of the angle up to which a ball counts as in line with the displacement.
 
 A race off the shaft's axis shifts balls from this line; balls in balance may be anywhere.
@@ -39,14 +39,14 @@ CLOSE = 1e-12
 The residual is scaled by the states' magnitudes, so that a single term of the equations is of order
 1.
 """
-SINGULAR = 1e-12
+_SINGULAR = 1e-12
 """Threshold of singular values of the scaled Jacobian, relative to the largest.
 
 Smaller singular values belong to a continuum of states.
 """
 WORST, BEST = ", worst", ", best"
 """Suffixes of labels for the worst and best position of a continuum."""
-SAME = 1e-6
+_SAME = 1e-6
 """Scaled distance below which two states are equal."""
 
 
@@ -92,7 +92,7 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             return None
         # Singular values of a continuum are cut off, so that the step has no component along it.
-        step = np.linalg.lstsq(jacobian, residual, rcond=0.1 * SINGULAR)[0]
+        step = np.linalg.lstsq(jacobian, residual, rcond=0.1 * _SINGULAR)[0]
         largest = float(np.abs(step).max())
         size = 1.0 + float(np.abs(state / scales.state)[:4].max())
         # A small residual alone does not suffice: near a fold it is small far from the root.
@@ -172,18 +172,18 @@ def nullity(system: System, speed: float, state: np.ndarray) -> int:
     """Return the dimension of the continuum of resting states around a state; 0 if isolated."""
     field, scales = field_at(system, speed), scales_of(system, speed)
     sizes = np.linalg.svd(scaled_jacobian(field.jacobian(0.0, state), scales), compute_uv=False)
-    return int((sizes < SINGULAR * sizes[0]).sum())
+    return int((sizes < _SINGULAR * sizes[0]).sum())
 
 
 def _label(system: System, speed: float, u: np.ndarray, theta: np.ndarray, lost: int) -> str:
     """Return the label of a state with displacement u [m], ball angles [rad] and a nullity."""
     W = float(np.hypot(*u))
-    if W <= SAME * scales_of(system, speed).length:
+    if W <= _SAME * scales_of(system, speed).length:
         return "balanced"
     if lost:
         return "continuum"
     phi = math.atan2(u[1], u[0])
-    if (np.abs(np.sin(theta - phi)) > IN_LINE).any():
+    if (np.abs(np.sin(theta - phi)) > _IN_LINE).any():
         return "spread"
     sides = np.cos(theta - phi) > 0.0
     if len({*kinds_of(system)}) <= 1:
@@ -200,17 +200,17 @@ def _assignments(theta: np.ndarray, kinds: tuple[int, ...]) -> int:
 
 
 def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool:
-    """Return whether two states are equal within ``SAME``, up to exchanges of equal balls."""
+    """Return whether two states are equal within ``_SAME``, up to exchanges of equal balls."""
     scales, n = scales_of(system, speed), len(system.balls)
     far = np.abs(one[:2] - two[:2]).max()
-    if far > SAME * (scales.length + np.abs(one[:2]).max()):
+    if far > _SAME * (scales.length + np.abs(one[:2]).max()):
         return False
     kinds = np.array(kinds_of(system))
     for kind in {*kinds.tolist()}:
         remaining = list(np.exp(1j * two[4 : 4 + n][kinds == kind]))
         for place in np.exp(1j * one[4 : 4 + n][kinds == kind]):
             near = int(np.argmin(np.abs(np.array(remaining) - place)))
-            if abs(remaining.pop(near) - place) > SAME:
+            if abs(remaining.pop(near) - place) > _SAME:
                 return False
     return True
 

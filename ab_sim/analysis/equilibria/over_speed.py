@@ -164,7 +164,7 @@ def _of(kind: type[Item], report: dict[str, Any]) -> Item:
     return kind(**{key: report[key] for key in kind._fields})
 
 
-SAME = 1e-7
+_SAME = 1e-7
 """Relative distance below which two ranges touch: branches that continue across a fold."""
 
 
@@ -174,10 +174,10 @@ def _others(
     """Return the parts of ``whole`` that no range covers."""
     gaps, reached = [], whole[0]
     for low, high in sorted(ranges):
-        if low > reached + SAME * abs(low):
+        if low > reached + _SAME * abs(low):
             gaps.append((float(reached), float(low)))
         reached = max(reached, high)
-    if whole[1] > reached + SAME * abs(reached):
+    if whole[1] > reached + _SAME * abs(reached):
         gaps.append((float(reached), float(whole[1])))
     return gaps
 
@@ -211,7 +211,7 @@ def _crossings(
         speed = float(
             brentq(lambda w: at(w).lambda_max, speeds[one], speeds[two], xtol=1e-300, rtol=1e-14)
         )
-        if np.abs(speed - speeds[[0, -1]]).min() <= SAME * speed:
+        if np.abs(speed - speeds[[0, -1]]).min() <= _SAME * speed:
             continue  # lambda_max is 0 at a fold: no change along this branch
         state = at(speed)
         nearest = state.eigenvalues[np.argsort(np.abs(state.eigenvalues.real - state.lambda_max))]

@@ -34,7 +34,7 @@ from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 from ab_sim.base.errors import SceneError
 from ab_sim.drive.closed_forms import BALANCED
 
-MOST_PATTERNS = 4096
+_MOST_PATTERNS = 4096
 """Largest number of sign patterns; it allows 12 balls that all differ."""
 
 
@@ -55,14 +55,14 @@ def patterns_of(rotor: ClosedFormRotor) -> list[Pattern]:
     """Return all distinct patterns, those with more balls on the displacement's side first.
 
     Raises:
-        SceneError: there are more than ``MOST_PATTERNS``.
+        SceneError: there are more than ``_MOST_PATTERNS``.
     """
     kinds = [[i for i, k in enumerate(rotor.kinds) if k == kind] for kind in sorted({*rotor.kinds})]
     count = math.prod(len(kind) + 1 for kind in kinds)
-    if count > MOST_PATTERNS:
+    if count > _MOST_PATTERNS:
         raise SceneError(
             f"balls.mass: {len(rotor.kinds)} balls of {len(kinds)} kinds can rest in {count} "
-            f"patterns; at most {MOST_PATTERNS} are allowed; give more of the balls the same mass "
+            f"patterns; at most {_MOST_PATTERNS} are allowed; give more of the balls the same mass "
             "and radius, or use fewer balls"
         )
     return [
@@ -186,7 +186,7 @@ def phase(rotor: ClosedFormRotor, moment: float, speed: float, W: float) -> floa
     return math.atan2(-rotor.damping * speed * W, real)
 
 
-TANGENTS = np.geomspace(1e-9, 1e9, 6001)
+_TANGENTS = np.geomspace(1e-9, 1e9, 6001)
 """Grid of tan(-phi/2) on which sign changes of dh/dphi are sought."""
 
 
@@ -317,8 +317,8 @@ def _cubic(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
 
 def _folds_on(curve: _Curve) -> Iterator[tuple[float, float]]:
     """Yield tan(-phi/2) and w [rad/s] of each fold."""
-    speeds = curve.speeds(TANGENTS)
-    signs = np.sign(curve.tilt(TANGENTS, speeds))
+    speeds = curve.speeds(_TANGENTS)
+    signs = np.sign(curve.tilt(_TANGENTS, speeds))
     for part in (0, 1):
         for k in np.flatnonzero(signs[part, :-1] * signs[part, 1:] < 0.0):
 
@@ -326,14 +326,14 @@ def _folds_on(curve: _Curve) -> Iterator[tuple[float, float]]:
                 tangent = math.exp(log_tangent)
                 return float(curve.tilt(tangent, curve.speeds(tangent)[part]))
 
-            ends = math.log(TANGENTS[k]), math.log(TANGENTS[k + 1])
+            ends = math.log(_TANGENTS[k]), math.log(_TANGENTS[k + 1])
             tangent = math.exp(brentq(tilt, *ends, xtol=1e-15, rtol=1e-15))
             yield tangent, float(curve.speeds(tangent)[part])
     # Folds where the two parts meet: between the last points with two speeds and the next ones.
     both = np.isfinite(speeds).all(axis=0)
     for k in np.flatnonzero(both & (signs[0] * signs[1] < 0.0)):
-        if not both[max(k - 1, 0)] or not both[min(k + 1, len(TANGENTS) - 1)]:
-            guess = float(TANGENTS[k]), float(np.sqrt(speeds[0, k] * speeds[1, k]))
+        if not both[max(k - 1, 0)] or not both[min(k + 1, len(_TANGENTS) - 1)]:
+            guess = float(_TANGENTS[k]), float(np.sqrt(speeds[0, k] * speeds[1, k]))
             fold = curve.fold_near(*guess)
             if fold is not None:
                 yield fold

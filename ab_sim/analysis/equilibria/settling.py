@@ -27,7 +27,7 @@ NEARER = 0.75
 """Fraction of a disturbance that may remain if it is still decaying."""
 BACK = 1e-6
 """Scaled distance below which a motion has returned to the state."""
-MOST_STEPS = 1e8
+_MOST_STEPS = 1e8
 """Largest number of steps of all motions together."""
 TURNS = 2000.0
 """Duration of each motion in spindle revolutions."""
@@ -93,10 +93,10 @@ def settles(
     drive = Drive(running_at(scene, speed, tuple(state.theta.tolist())))
     steps = max(1, math.ceil(turns * math.pi / abs(speed) / drive.step))
     in_all = 4 * len(rest) * steps
-    if in_all > MOST_STEPS:
+    if in_all > _MOST_STEPS:
         raise InputError(
             f"speed = {speed:g} rad/s: {turns:g} turns from each disturbance would take "
-            f"{in_all:.2g} steps; at most {MOST_STEPS:.0e} are allowed; choose a higher speed or "
+            f"{in_all:.2g} steps; at most {_MOST_STEPS:.0e} are allowed; choose a higher speed or "
             "fewer turns"
         )
     begin = drive.snapshot()

@@ -21,7 +21,7 @@ from ab_sim.model.dynamics.system import StateLayout, System
 
 SAFETY = 30.0
 """Safety factor on the first-order rounding error of eigenvalues."""
-TOGETHER = 1e-9
+_TOGETHER = 1e-9
 """Angle below which balls are at one place [rad]."""
 
 
@@ -108,7 +108,7 @@ def _groups(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
     for i, angle in enumerate(theta):
         for group in groups:
             apart = np.angle(np.exp(1j * (angle - theta[group[0]])))
-            if kinds[group[0]] == kinds[i] and abs(apart) <= TOGETHER:
+            if kinds[group[0]] == kinds[i] and abs(apart) <= _TOGETHER:
                 group.append(i)
                 break
         else:

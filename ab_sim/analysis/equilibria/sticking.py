@@ -29,7 +29,7 @@ from ab_sim.model.equations.motion import Ball
 from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 
-LOOKS = 720
+_LOOKS = 720
 """Number of angles in half a turn at which the friction limit is tested."""
 
 
@@ -97,7 +97,7 @@ def _interval(slack: Callable[[np.ndarray], float], theta: np.ndarray, ball: int
         def margin(far: float, sense: float = sense) -> float:
             return slack(theta + sense * far * (np.arange(len(theta)) == ball))
 
-        far = np.linspace(0.0, math.pi, LOOKS + 1)
+        far = np.linspace(0.0, math.pi, _LOOKS + 1)
         slips = next((k for k, x in enumerate(far) if k and margin(float(x)) < 0.0), None)
         if margin(0.0) <= 0.0:
             extent = 0.0

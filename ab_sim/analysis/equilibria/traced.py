@@ -170,7 +170,7 @@ def _between(one: CurvePoint, two: CurvePoint, speed: float) -> np.ndarray:
     return one.state + part * (two.state - one.state)
 
 
-def monotone(points: list[CurvePoint]) -> Iterator[list[CurvePoint]]:
+def _monotone(points: list[CurvePoint]) -> Iterator[list[CurvePoint]]:
     """Yield the segments of a curve between folds, each ordered by rising speed."""
     moved = [k == 0 or points[k].speed != points[k - 1].speed for k in range(len(points))]
     points = [point for point, new in zip(points, moved, strict=True) if new]
@@ -183,7 +183,7 @@ def monotone(points: list[CurvePoint]) -> Iterator[list[CurvePoint]]:
             yield part if part[-1].speed > part[0].speed else part[::-1]
 
 
-def state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndarray:
+def _state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndarray:
     """Return the resting state of a monotone segment at a speed [rad/s], shape (states,).
 
     Newton's method starts from the interpolated state, which is returned if it fails.
@@ -195,18 +195,18 @@ def state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndar
     return start if state is None else state
 
 
-def lies_on(parts: list[list[CurvePoint]], system: System, point: CurvePoint) -> bool:
+def _lies_on(parts: list[list[CurvePoint]], system: System, point: CurvePoint) -> bool:
     """Return whether a point is on one of the known segments, up to exchanges of equal balls."""
     return any(
-        same(system, point.speed, state_along(system, part, point.speed), point.state)
+        same(system, point.speed, _state_along(system, part, point.speed), point.state)
         for part in parts
         if part[0].speed <= point.speed <= part[-1].speed
     )
 
 
-SEEDS = 9
+_SEEDS = 9
 """Number of seed speeds of the search; branches that lie between two seeds are missed."""
-MOST_SPEEDS = 60
+_MOST_SPEEDS = 60
 """Largest number of a curve's points at which stability is evaluated."""
 Part = list[CurvePoint]
 """Part of a curve: successive points."""
@@ -223,7 +223,7 @@ def traced_branches(
         progress: called with the current task, the number of finished seeds and their number.
     """
     low, high = float(speeds[0]), float(speeds[-1])
-    seeds = np.unique(np.concatenate([[high], np.geomspace(max(low, high / 30.0), high, SEEDS)]))
+    seeds = np.unique(np.concatenate([[high], np.geomspace(max(low, high / 30.0), high, _SEEDS)]))
     parts: list[Part] = []
     folds: list[tuple[str, Fold]] = []
     continua: list[tuple[str, Part]] = []
@@ -237,13 +237,13 @@ def traced_branches(
             ):
                 continue
             start = CurvePoint(speed, state_of(system, speed, state.u, state.theta))
-            if lies_on(parts, system, start):
+            if _lies_on(parts, system, start):
                 continue
             whole = list(_followed(system, start, bool(state.structural_zeros), low, high))
             if state.structural_zeros:
                 continua += [(state.label, part) for part in whole]
             for points in whole:
-                traced_parts = list(monotone(points))
+                traced_parts = list(_monotone(points))
                 fresh = [
                     _fresh(system, part, [*parts, *traced_parts[:i]])
                     for i, part in enumerate(traced_parts)
@@ -263,9 +263,9 @@ def _covered(continua: list[tuple[str, Part]], label: str, speed: float) -> bool
 
 
 def _fresh(system: System, part: Part, parts: list[Part]) -> bool:
-    """Return whether the middle of a segment lies on none of ``parts``; see ``lies_on``."""
+    """Return whether the middle of a segment lies on none of ``parts``; see ``_lies_on``."""
     speed = 0.5 * (part[0].speed + part[-1].speed)
-    return not lies_on(parts, system, CurvePoint(speed, state_along(system, part, speed)))
+    return not _lies_on(parts, system, CurvePoint(speed, _state_along(system, part, speed)))
 
 
 def _followed(
@@ -305,12 +305,12 @@ def _natural(system: System, start: CurvePoint, low: float, high: float) -> Part
 
 def _at(system: System, part: Part, speed: float) -> RestingState:
     """Return the labelled state of a segment at a speed [rad/s]."""
-    return labelled(system, speed, [state_along(system, part, speed)])[0]
+    return labelled(system, speed, [_state_along(system, part, speed)])[0]
 
 
 def _interval(system: System, part: Part, speeds: np.ndarray) -> BranchInterval:
     """Return the branch along a segment, with stability at its points and at ``speeds``."""
-    kept = np.linspace(0, len(part) - 1, min(len(part), MOST_SPEEDS)).astype(int)
+    kept = np.linspace(0, len(part) - 1, min(len(part), _MOST_SPEEDS)).astype(int)
     part_speeds = np.array([part[k].speed for k in kept])
     inside = speeds[(speeds > part_speeds[0]) & (speeds < part_speeds[-1])]
     middle = _at(system, part, float(0.5 * (part_speeds[0] + part_speeds[-1])))

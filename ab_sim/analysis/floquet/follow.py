@@ -119,7 +119,7 @@ def solved(
     return {"solution": None if stability is None else stability.report(), "new": True}
 
 
-DIGITS = 1e-10
+_DIGITS = 1e-10
 """Tolerance of a border's value, relative to the larger of its two neighbours."""
 
 Case = Callable[[float], tuple[Scene, float]]
@@ -335,7 +335,7 @@ def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border
     size = max(abs(one.value), abs(other.value))
     try:
         value = float(
-            brentq(lambda v: solve(v)[1].largest - 1.0, one.value, other.value, xtol=DIGITS * size)
+            brentq(lambda v: solve(v)[1].largest - 1.0, one.value, other.value, xtol=_DIGITS * size)
         )
         speed, crossing = solve(value)
     except (_Lost, SceneError):

@@ -24,7 +24,7 @@ A double multiplier at 1 moves by about the square root of rounding, 1e-8.
 """
 STILL = 1e-7
 """Tolerance for a balanced deck: distance from its rest position in units of ``TurnMap.scale``."""
-STRUCTURAL = 1e-6
+_STRUCTURAL = 1e-6
 """Largest distance from 1 of a multiplier that belongs to a manifold of balanced solutions."""
 SAMPLES = 8192
 """Number of samples of a turn, after interpolation between steps by a Fourier series."""
@@ -181,7 +181,7 @@ def _same(turn: TurnMap, one: Stability, other: Stability) -> bool:
     """Return whether two solutions are equal up to an exchange of balls."""
     length = turn.scale[0]
     near = np.allclose(one.whirl, other.whirl, rtol=1e-6, atol=STILL * length)
-    return near and multiplier_distance(one.multipliers, other.multipliers) <= STRUCTURAL
+    return near and multiplier_distance(one.multipliers, other.multipliers) <= _STRUCTURAL
 
 
 def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
@@ -195,19 +195,19 @@ def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
     Returns:
         The solution; None if it does not exist with smaller steps.
     """
-    multipliers, difference = multipliers_of(orbit), math.inf
+    multipliers, difference = _multipliers_of(orbit), math.inf
     while difference > CONVERGED and 2 * orbit.steps <= MOST:
         finer = turn.shoot(orbit.start, 2 * orbit.steps)
         if finer is None:
             return None
-        before, multipliers = multipliers, multipliers_of(finer)
+        before, multipliers = multipliers, _multipliers_of(finer)
         difference = multiplier_distance(before, multipliers)
         orbit = finer._replace(iterations=orbit.iterations + finer.iterations)
     layout = turn.layout
     angles = orbit.states[:, layout.angles]
     turned = np.round((angles[-1] - angles[0]) / (2.0 * math.pi))
     mean = 2.0 * math.pi * turned * np.linspace(0.0, 1.0, len(angles))[:, None]
-    swings = [interpolate_periodic(swing[:-1] - swing[0]).real for swing in (angles - mean).T]
+    swings = [_interpolate_periodic(swing[:-1] - swing[0]).real for swing in (angles - mean).T]
     balanced = _keeps_still(turn, orbit)
     return Stability(
         scene=turn.scene.name,
@@ -227,7 +227,7 @@ def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
     )
 
 
-def multipliers_of(orbit: Orbit) -> np.ndarray:
+def _multipliers_of(orbit: Orbit) -> np.ndarray:
     """Return the eigenvalues of the monodromy matrix by falling modulus, shape (2 (K + n),)."""
     multipliers = np.linalg.eigvals(orbit.monodromy).astype(complex)
     # Moduli are rounded for sorting, so that conjugates stay next to each other.
@@ -252,7 +252,7 @@ def largest_of(turn: TurnMap, orbit: Orbit) -> float:
     The multipliers are those of the orbit's steps, without a check of their accuracy, to save time
     in maps with many orbits. ``judged`` also checks the accuracy.
     """
-    multipliers = multipliers_of(orbit)
+    multipliers = _multipliers_of(orbit)
     structural = _structural(turn, multipliers) if _keeps_still(turn, orbit) else 0
     return _largest(multipliers, structural)
 
@@ -279,7 +279,7 @@ def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
     free = sum(max(0, int(balls) - 2) for balls in races)
     if n and turn.scene.deck is None and turn.system.deck_model.unbalance == 0.0:
         free = max(free, 1)  # Without an unbalance all positions can be rotated.
-    return min(free, int(np.sum(np.abs(multipliers - 1.0) <= STRUCTURAL)))
+    return min(free, int(np.sum(np.abs(multipliers - 1.0) <= _STRUCTURAL)))
 
 
 def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
@@ -288,11 +288,11 @@ def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
     psi = turn.scene.start.angle + turn.speed * turn.period * np.linspace(0, 1, orbit.steps + 1)
     x, y = deck_model.place(orbit.states[:, deck], psi)[:-1, :2].T
     place = rest_of(turn.scene).place
-    whirl = np.abs(interpolate_periodic((x - place[0]) + 1j * (y - place[1])))
+    whirl = np.abs(_interpolate_periodic((x - place[0]) + 1j * (y - place[1])))
     return float(whirl.min()), float(whirl.max())
 
 
-def interpolate_periodic(values: np.ndarray) -> np.ndarray:
+def _interpolate_periodic(values: np.ndarray) -> np.ndarray:
     """Interpolate a periodic function between equidistant samples by its Fourier series.
 
     Args:

@@ -32,7 +32,7 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Start
 
 METHOD = "rk8"
-FEWEST, MOST = 48, 1 << 16
+_FEWEST, MOST = 48, 1 << 16
 """Least and largest number of steps in a turn; the largest takes about a minute."""
 SAFETY = 2.5
 """Ratio of the largest stable step to the step used, so that fast decay is accurate."""
@@ -41,9 +41,9 @@ CLOSED = 1e-9
 
 Newton's last step usually reaches rounding.
 """
-ROUNDED = 1e-14
+_ROUNDED = 1e-14
 """Gap at which Newton's method stops."""
-NEWTON = 60
+_NEWTON = 60
 """Largest number of Newton iterations."""
 FARTHEST = 0.5
 """Largest change of a ball angle in a Newton step [rad]."""
@@ -65,7 +65,7 @@ def newton(
         guess: first guess.
     """
     best, smallest = None, math.inf
-    for iteration in range(NEWTON):
+    for iteration in range(_NEWTON):
         candidate, residual, following = trial(guess, iteration)
         if not math.isfinite(residual):
             return None
@@ -74,7 +74,7 @@ def newton(
         if smallest < CLOSED and residual >= 0.5 * smallest:
             return best
         best, smallest = candidate, residual
-        if residual <= ROUNDED:
+        if residual <= _ROUNDED:
             return best
         next_guess = following()
         if next_guess is None:
@@ -134,7 +134,7 @@ class TurnMap:
         stepper = stepper_named(METHOD)
         self.period = 2.0 * math.pi / abs(speed)
         most, what = largest_step(stepper, linear_rates(self.system, abs(speed)))
-        self.fewest = max(FEWEST, math.ceil(SAFETY * self.period / most))
+        self.fewest = max(_FEWEST, math.ceil(SAFETY * self.period / most))
         """Least number of steps in a turn."""
         if 2 * self.fewest > MOST:
             raise SceneError(

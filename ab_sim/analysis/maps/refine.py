@@ -21,7 +21,7 @@ from ab_sim.base.errors import InputError
 Point = tuple[int, int]
 """Row and column of a point of the grid."""
 
-NOT_YET = np.iinfo(np.int64).min
+_NOT_YET = np.iinfo(np.int64).min
 """Label of points without a verdict."""
 
 
@@ -62,7 +62,7 @@ def refined(
         InputError: ``coarse`` is not a power of two.
     """
     check_coarse(coarse, f"coarse = {coarse!r}")
-    grid = Refined(np.full(shape, NOT_YET), np.zeros(shape, bool))
+    grid = Refined(np.full(shape, _NOT_YET), np.zeros(shape, bool))
     before: list[np.ndarray] | None = None
     while coarse:
         lines = [_spaced(coarse, size) for size in shape]

@@ -298,7 +298,7 @@ class OncePerTurnAccumulator:
         x, y, angle = (np.ascontiguousarray(block[name][:, first:]) for name in ("x", "y", "angle"))
         share = (self._taken + np.arange(block.late) + 0.5) / self._last
         weights = (1.0 - np.cos(2.0 * np.pi * share)) / self._last
-        compiled(add_on_rotor_axes)(weights, x, y, angle, self._sums)
+        compiled(_add_on_rotor_axes)(weights, x, y, angle, self._sums)
         turned = np.abs(np.diff(angle, axis=1, prepend=self._angles_before(angle)))
         self._turned += turned.sum(axis=1)
         self._resolved &= turned.max(axis=1) <= COARSEST
@@ -329,7 +329,7 @@ class OncePerTurnAccumulator:
         return [cmath.phase(vector) if vector else None for vector in self.vectors]
 
 
-def add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: Table) -> None:
+def _add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: Table) -> None:
     """Add weighted displacements on axes that turn with the rotor; to be compiled.
 
     Args:

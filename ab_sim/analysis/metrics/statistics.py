@@ -60,7 +60,7 @@ class RotorResiduals:
             angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.
         """
         squares = np.empty(angles.shape[:2])
-        compiled(residual_squares)(self._offset, self._real, self._imaginary, angles, squares)
+        compiled(_residual_squares)(self._offset, self._real, self._imaginary, angles, squares)
         self._mean.take_squares(squares)
         return squares
 
@@ -76,7 +76,7 @@ class RotorResiduals:
         return [value if has else None for value, has in values]
 
 
-def residual_squares(
+def _residual_squares(
     unbalance: Table, real: Table, imaginary: Table, angles: Cube, squares: Table
 ) -> None:
     """Compute abs(o + sum s_i exp(i theta_i))^2 at all samples of runs; to be compiled.

@@ -19,12 +19,12 @@ LOWEST, HIGHEST = 10.0, 1000.0
 """Cut-off frequencies [Hz], at which the filters are 3 dB down (ISO 20816-1)."""
 ORDER = 4
 """Order of each filter."""
-WIDEST = 0.01
+_WIDEST = 0.01
 """Largest spacing of samples [s] that resolves the lower end of the band."""
 TURN = 0.5 * math.pi
 """Largest spacing of samples as a spindle angle [rad] that resolves once-per-turn vibration."""
 
-RESTARTS, RESTARTS_PER_SAMPLE = 2, 0.01
+_RESTARTS, _RESTARTS_PER_SAMPLE = 2, 0.01
 """Limit of filter restarts: a fixed number, plus this fraction of the samples.
 
 The filters forget the past at each restart. With more of them, too little would pass.
@@ -76,7 +76,7 @@ class BandPass:
         if len(self._sections) == 0:
             return np.zeros(values.shape)
         passed = np.ascontiguousarray(values.T)
-        compiled(through_sections)(self._sections, self._state, passed)
+        compiled(_through_sections)(self._sections, self._state, passed)
         return passed.T
 
     def _restart(self, spacing: int) -> None:
@@ -116,7 +116,7 @@ def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:
         values: constant input, shape (channels,).
 
     Returns:
-        State for ``through_sections``, shape (sections, 2, channels).
+        State for ``_through_sections``, shape (sections, 2, channels).
     """
     state = np.empty((len(sections), 2, len(values)))
     for (b0, b1, b2, a1, a2), (first, second) in zip(sections, state, strict=True):
@@ -126,7 +126,7 @@ def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:
     return state
 
 
-def through_sections(sections: Table, state: Cube, values: Table) -> None:
+def _through_sections(sections: Table, state: Cube, values: Table) -> None:
     """Filter values in place, transposed direct form II; to be compiled.
 
     Args:
@@ -169,7 +169,7 @@ class BroadBand:
         instants = np.column_stack((times, samples["angle"]))
         apart = np.abs(np.diff(instants, axis=0, prepend=self._last))
         # Allow for rounded times.
-        near = (apart[:, 0] <= WIDEST * (1.0 + 1e-6)) & (apart[:, 1] <= TURN)
+        near = (apart[:, 0] <= _WIDEST * (1.0 + 1e-6)) & (apart[:, 1] <= TURN)
         self._resolved &= bool(near.all())
         self._resolved_late &= bool(near[max(len(near) - late, 0) :].all())
         self._last = instants[-1:]
@@ -189,7 +189,7 @@ class BroadBand:
     @property
     def reason_without_value(self) -> str | None:
         """Reason why there is no final value; None if there is one."""
-        most = RESTARTS + RESTARTS_PER_SAMPLE * self._count
+        most = _RESTARTS + _RESTARTS_PER_SAMPLE * self._count
         if not self._resolved_late or self._restarts_late > most:
             return "samples are uneven or too far apart"
         return _outside_band(self._fastest_late)
@@ -209,7 +209,7 @@ class BroadBand:
     @property
     def peak(self) -> float | None:
         """Largest magnitude along any axis in the whole run [m/s]; None if it is not resolved."""
-        even = self._restarts <= RESTARTS + RESTARTS_PER_SAMPLE * self._samples
+        even = self._restarts <= _RESTARTS + _RESTARTS_PER_SAMPLE * self._samples
         inside = _outside_band(self._fastest) is None
         return self._peak if self._resolved and even and inside else None
 

@@ -78,7 +78,7 @@ class ByKey(Sequence[Mapping[str, object]]):
         return {key: v.tolist() if isinstance(v, numpy) else v for key, v in values}
 
 
-def by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
+def _by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
     """Return values of all runs by dotted key, None if missing; empty if keys are not texts."""
     if isinstance(variations, ByKey):
         return variations.columns
@@ -297,7 +297,7 @@ def _metrics_only(
     """Evaluate runs without keeping their samples."""
     scene, _ = resolve_accuracy(scene)
     count = len(variations)
-    by_column = columns_of(scene, by_key(variations))
+    by_column = columns_of(scene, _by_key(variations))
     alike = np.empty(0, int) if by_column is None else by_column.valid
     prepared = {
         number: _prepared(varied_scene(scene, variations[number], number), number)

@@ -23,9 +23,9 @@ from ab_sim.drive import Drive
 from ab_sim.scene.load import changed_scene, check_scene
 from ab_sim.scene.model import Scene
 
-TURN_OF_A_STEP = 0.2
+_TURN_OF_A_STEP = 0.2
 """Largest spindle angle of a step [rad]."""
-RESTITUTION = 0.5
+_RESTITUTION = 0.5
 """Restitution coefficient of colliding balls."""
 NAME = "sized"
 """Name of the sized scene."""
@@ -103,22 +103,22 @@ def scene_of(
 
 def with_contact(scene: Scene) -> Scene:
     """Return the scene with colliding balls."""
-    changes = {"effects.ball_contact": {"restitution_coefficient": RESTITUTION}}
+    changes = {"effects.ball_contact": {"restitution_coefficient": _RESTITUTION}}
     return changed_scene(scene, changes, NAME)
 
 
 def step_at(speed: float) -> float:
-    """Return a round step [s] in which the spindle turns by at most ``TURN_OF_A_STEP``."""
-    most = min(TURN_OF_A_STEP / speed, 1e-3)
+    """Return a round step [s] in which the spindle turns by at most ``_TURN_OF_A_STEP``."""
+    most = min(_TURN_OF_A_STEP / speed, 1e-3)
     decade = 10.0 ** math.floor(math.log10(most))
     return max(
         round(digit * decade, 12) for digit in (1, 2, 5) if digit * decade <= most * 1.000001
     )
 
 
-GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
+_GRADE, _PEAK = "balance_grade", "peak_whirl_over_e"
 """Metrics from which claims are judged."""
-GRADE_UNIT = 1e3
+_GRADE_UNIT = 1e3
 """Factor from m/s to the metric's unit, mm/s."""
 
 
@@ -165,7 +165,7 @@ class Running(NamedTuple):
         return self._replace(tell=tell_stage)
 
 
-def tolerances_of(specification: DriveSpecification, drag_too: bool = True) -> list[Tolerance]:
+def _tolerances_of(specification: DriveSpecification, drag_too: bool = True) -> list[Tolerance]:
     """Return the tolerances of unbalance, start angles and, if ``drag_too``, drag."""
     mass = specification.mass
     low, high = specification.least_unbalance / mass, specification.largest_unbalance / mass
@@ -190,14 +190,14 @@ def run_share(
         running: settings of the runs.
         drag_too: whether the drag varies as well.
     """
-    drawn = DrawnPoints(scene, tolerances_of(specification, drag_too), running.runs, running.seed)
-    job = Job(scene, drawn.keys, (GRADE, PEAK))
+    drawn = DrawnPoints(scene, _tolerances_of(specification, drag_too), running.runs, running.seed)
+    job = Job(scene, drawn.keys, (_GRADE, _PEAK))
     rows = rows_of(job, drawn, running.executor, running.tell)
     outcomes = np.array(rows[OUTCOME].to_pylist())
-    limit = GRADE_UNIT * specification.limit / scene.total_mass * specification.speed
-    balanced = (metric_values(rows, GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
+    limit = _GRADE_UNIT * specification.limit / scene.total_mass * specification.speed
+    balanced = (metric_values(rows, _GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
     keys = drawn.keys.index("rotor.eccentricity")
-    whirls = metric_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
+    whirls = metric_values(rows, _PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
     failures = [failure for failure in rows[FAILURE].to_pylist() if failure]
     return SpreadRuns(
         share_of(balanced),
@@ -209,19 +209,19 @@ def run_share(
 
 
 HOLDS, CONTRADICTED, UNDECIDED = "holds", "contradicted", "undecided"
-TOO_LIGHT = 0.8
+_TOO_LIGHT = 0.8
 """Fraction of the required ball moment with which balls are shown to be too light."""
 CLOSE = 0.02
 """Tolerance of the residual, as a fraction of the unbalance."""
-BESIDE = 0.05
+_BESIDE = 0.05
 """Relative distance from the circulation border at which both sides are tested."""
 FAR = 10.0
 """Drag, as a multiple of the window's highest, at which too few drives must balance in time."""
-SAME_SPEED = 0.03
+_SAME_SPEED = 0.03
 """Largest relative difference from the bunch's speed at which a ball still circulates in it."""
 NEARER = 4
 """Number of times a window's end is moved half-way to the chosen drag."""
-FAR_ABOVE, BY_RUNS = "far above", ", by runs"
+FAR_ABOVE, _BY_RUNS = "far above", ", by runs"
 """Name of the drag above the window, and suffix of corrected drags."""
 
 
@@ -277,18 +277,18 @@ def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingCl
     balls, drag = sized.balls, sized.drag
     assert balls is not None and drag is not None
     scene = scene_of(balls, specification, drag)
-    light = TOO_LIGHT * specification.largest_unbalance / balls.moment * balls.mass
+    light = _TOO_LIGHT * specification.largest_unbalance / balls.moment * balls.mass
     # The settling time grows with the inverse square of the ball mass: light balls feel less force
     # and cause less whirl. Run long enough for them.
     longer = scene.duration + 3.0 * specification.settle * (balls.mass / light) ** 2
     lighter = changed_scene(scene, {"balls.mass": light, "duration": longer}, scene.name)
     run = simulate_batch(lighter, [{}]).runs[0]
-    residual = 1.0 - TOO_LIGHT
+    residual = 1.0 - _TOO_LIGHT
     last = run.trajectory.ball_angles[-max(1, len(run.trajectory) // 10) :]
     moved = light * balls.path_radius * np.exp(1j * last).sum(axis=1)
     seen = float(np.sqrt(np.mean(np.abs(1.0 + moved / specification.largest_unbalance) ** 2)))
     return SizingClaim(
-        f"balls with {TOO_LIGHT:g} of the moment needed are too light and leave",
+        f"balls with {_TOO_LIGHT:g} of the moment needed are too light and leave",
         f"{residual:.3f} of the unbalance",
         f"{seen:.3f} of the unbalance",
         HOLDS if abs(seen - residual) <= CLOSE else CONTRADICTED,
@@ -300,7 +300,7 @@ def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> 
     balls = sized.balls
     assert balls is not None
     claims = []
-    for factor, stays in ((1.0 - BESIDE, True), (1.0 + BESIDE, False)):
+    for factor, stays in ((1.0 - _BESIDE, True), (1.0 + _BESIDE, False)):
         drag = factor * sized.border
         scene = scene_of(balls, specification, drag)
         where = f"at {factor:g} of the border, {drag:.3g} N s/m, a bunch that circulates"
@@ -351,7 +351,7 @@ def bunch_stays(scene: Scene, speed: float, border: float) -> bool | None:
     half, time = len(done) // 2, done["time"]
     speeds = speed + np.polyfit(time[half:] - time[half], done.ball_angles[half:], 1)[0]
     # A ball at rest on the rotor turns with the spindle.
-    return bool((np.abs(speeds - bunch.speed) < SAME_SPEED * bunch.speed).all())
+    return bool((np.abs(speeds - bunch.speed) < _SAME_SPEED * bunch.speed).all())
 
 
 def window_runs(
@@ -368,7 +368,7 @@ def window_runs(
 
     Returns:
         Runs by the name of the drag: ``lowest``, ``highest`` and ``FAR_ABOVE``, and corrected ends
-        with the suffix ``BY_RUNS``.
+        with the suffix ``_BY_RUNS``.
     """
     balls, window = sized.balls, sized.window
     assert balls is not None and window is not None
@@ -388,8 +388,8 @@ def window_runs(
             continue
         for _ in range(NEARER):
             drag = math.sqrt(drag * float(sized.drag or drag))
-            if run_at(name + BY_RUNS, drag).share.value >= specification.share:
+            if run_at(name + _BY_RUNS, drag).share.value >= specification.share:
                 break
         else:
-            del runs_by_name[name + BY_RUNS]
+            del runs_by_name[name + _BY_RUNS]
     return runs_by_name

@@ -38,9 +38,9 @@ from scipy.optimize import brentq
 from ab_sim.analysis.circulating import BunchDrive
 from ab_sim.design.sizing.specification import DriveSpecification
 
-LIGHTEST = 1e-9
+_LIGHTEST = 1e-9
 """Lightest ball in the search, relative to the largest ball's mass."""
-LOOKS = 400
+_LOOKS = 400
 """Number of masses in the search."""
 
 
@@ -113,7 +113,7 @@ def least_mass(count: int, unbalance: float, specification: DriveSpecification) 
 
     # The moment rises with the mass, but may fall again when a row of large balls covers half the
     # race: take the first crossing.
-    masses = np.geomspace(LIGHTEST * most, most, LOOKS)
+    masses = np.geomspace(_LIGHTEST * most, most, _LOOKS)
     enough = [k for k, mass in enumerate(masses.tolist()) if excess(mass) >= 0.0]
     if not enough:
         return None
@@ -235,7 +235,7 @@ def largest_growth(drive: BunchDrive, speed: float, coupling: np.ndarray) -> np.
     return growth
 
 
-def settle_times(
+def _settle_times(
     drive: BunchDrive, specification: DriveSpecification, places: BalancedPlaces
 ) -> np.ndarray:
     """Estimate the time from the running speed until a drive is balanced [s].
@@ -279,5 +279,5 @@ def stuck(balls: FittingBalls, specification: DriveSpecification) -> tuple[float
 def share_in_time(
     drive: BunchDrive, specification: DriveSpecification, places: BalancedPlaces
 ) -> float:
-    """Return the share of rotors balanced within ``specification.settle``, by ``settle_times``."""
-    return float(np.mean(settle_times(drive, specification, places) <= specification.settle))
+    """Return the share of rotors balanced within ``specification.settle``, by ``_settle_times``."""
+    return float(np.mean(_settle_times(drive, specification, places) <= specification.settle))

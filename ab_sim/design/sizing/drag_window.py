@@ -24,24 +24,24 @@ ABOVE_BORDER = 1.25
 
 At the border a bunch separates extremely slowly, and its closed form has an error of 2 %.
 """
-HEAVIER = (1.02, 1.1, 1.2, 1.35, 1.5, 2.0)
+_HEAVIER = (1.02, 1.1, 1.2, 1.35, 1.5, 2.0)
 """Ball masses to be tried, relative to the least mass that balances the largest unbalance.
 
 At 1 the slowest growth rate of a balanced position is 0, and nothing settles.
 """
-ROOMY, AS_WIDE = 2.0, 0.9
+_ROOMY, _AS_WIDE = 2.0, 0.9
 """Factors for the sufficient width of a drag window; the lightest balls that have it are chosen.
 
-The window must be ``ROOMY`` times as wide as the drag's tolerance, or have ``AS_WIDE`` times the
+The window must be ``_ROOMY`` times as wide as the drag's tolerance, or have ``_AS_WIDE`` times the
 logarithmic width of the widest window.
 """
 SPAN = 300.0
 """Largest ratio of a drag to the border in the search, both up and down."""
-LOOKS = 36
+_LOOKS = 36
 """Number of drags at which the share is computed."""
-BISECTIONS = 10
+_BISECTIONS = 10
 """Number of bisections of an end of the window."""
-LEAST_RATIO = 1.05
+_LEAST_RATIO = 1.05
 """Least ratio of highest to lowest drag of a window."""
 
 
@@ -113,11 +113,11 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
     """
     least = least_mass(count, specification.largest_unbalance, specification)
     most = largest_ball(count, specification)
-    if least is None or HEAVIER[0] * least > most:
+    if least is None or _HEAVIER[0] * least > most:
         return SizedBalls(None, count, 1.0, 0.0, None, None, 0.0, _too_large(count, specification))
     candidates = [
         _with_window(balls_of(count, factor * least, specification), factor, specification)
-        for factor in HEAVIER
+        for factor in _HEAVIER
         if factor * least <= most
     ]
     widths = [
@@ -126,7 +126,7 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
     ]
     if not any(widths):
         return max(candidates, key=lambda candidate: candidate.predicted)
-    wide = min(AS_WIDE * max(widths), math.log(ROOMY * _least_ratio(specification)))
+    wide = min(_AS_WIDE * max(widths), math.log(_ROOMY * _least_ratio(specification)))
     return next(
         candidate for candidate, width in zip(candidates, widths, strict=True) if width >= wide
     )
@@ -175,7 +175,7 @@ def _with_window(
     def share(drag: float) -> float:
         return share_in_time(drive_of_balls(balls, specification, drag), specification, places)
 
-    drags = border * np.geomspace(1.0 / SPAN, SPAN, LOOKS)
+    drags = border * np.geomspace(1.0 / SPAN, SPAN, _LOOKS)
     drags = np.union1d(drags, [ABOVE_BORDER * border])
     shares = np.array([share(drag) for drag in drags.tolist()])
     above = drags >= ABOVE_BORDER * border
@@ -212,7 +212,7 @@ def _widest_window(
         if last + 1 < len(drags):
             high = _edge(share, wanted, high, float(drags[last + 1]))
         window = DragWindow(low, high, "too slow" if first > 0 else "circulation")
-        if window.ratio >= LEAST_RATIO and (best is None or window.ratio > best.ratio):
+        if window.ratio >= _LEAST_RATIO and (best is None or window.ratio > best.ratio):
             best = window
     return best
 
@@ -232,7 +232,7 @@ def _edge(share: Callable[[float], float], wanted: float, inside: float, outside
         inside: drag with the required share [N s/m].
         outside: drag without it [N s/m].
     """
-    for _ in range(BISECTIONS):
+    for _ in range(_BISECTIONS):
         middle = math.sqrt(inside * outside)
         if share(middle) >= wanted:
             inside = middle

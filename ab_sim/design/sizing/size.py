@@ -35,16 +35,16 @@ from ab_sim.scene.model import Scene
 
 RUNS = 400
 """Default number of runs of the chosen drive."""
-FEWEST, MOST = 20, 100_000
+_FEWEST, MOST = 20, 100_000
 """Limits of the number of runs."""
-HOLD_LENGTHS = (0.1, 0.2, 0.4, 0.8)
+_HOLD_LENGTHS = (0.1, 0.2, 0.4, 0.8)
 """Durations of a hold, relative to the settling time, shortest first."""
-HOLD_SPEEDS = (1.05, 1.2, 1.4)
+_HOLD_SPEEDS = (1.05, 1.2, 1.4)
 """Speeds of a hold, relative to the critical speed."""
 PARTS = (1 / 16, 1 / 4, 1)
 """Fractions of the runs after which a design is abandoned if the whole interval of its share is
 below the required share."""
-PREDICTED_AT = 60
+_PREDICTED_AT = 60
 """Number of drags of a predicted curve."""
 
 
@@ -84,7 +84,7 @@ class Sizing(Presented):
         if chosen is None or chosen.window is None or chosen.balls is None:
             return np.empty(0), np.empty(0)
         window, balls = chosen.window, chosen.balls
-        drags = np.geomspace(0.3 * window.low, 2.0 * FAR * window.high, PREDICTED_AT)
+        drags = np.geomspace(0.3 * window.low, 2.0 * FAR * window.high, _PREDICTED_AT)
         shares = [predicted_share(balls, self.specification, drag) for drag in drags.tolist()]
         return drags, np.array(shares)
 
@@ -151,8 +151,8 @@ def run_sizing(specification: DriveSpecification, running: Running) -> Sizing:
         InputError: the number of runs is out of range, or another process is computing the same
             runs.
     """
-    if not FEWEST <= running.runs <= MOST:
-        raise InputError(f"runs = {running.runs}: must be from {FEWEST} to {MOST}")
+    if not _FEWEST <= running.runs <= MOST:
+        raise InputError(f"runs = {running.runs}: must be from {_FEWEST} to {MOST}")
     with running.executor:
         return _sized(specification, running)
 
@@ -240,8 +240,8 @@ def _ranked(candidates: tuple[SizedBalls, ...]) -> list[SizedBalls]:
 
 def _holds(specification: DriveSpecification) -> Iterator[Hold]:
     """Yield the holds that are tried, the shortest first, at speeds below the running speed."""
-    for length in HOLD_LENGTHS:
-        for factor in HOLD_SPEEDS:
+    for length in _HOLD_LENGTHS:
+        for factor in _HOLD_SPEEDS:
             start = factor * specification.critical_speed
             if start < specification.speed:
                 yield Hold(start, length * specification.settle)
@@ -262,7 +262,7 @@ def _run(
     stage = running.at_stage(f"{sized.count} balls{pause}")
     # The runs of a part are cached and reused by the next part.
     for part in PARTS:
-        runs = max(FEWEST, round(part * running.runs))
+        runs = max(_FEWEST, round(part * running.runs))
         share = run_share(scene, specification, stage._replace(runs=min(runs, running.runs)))
         # Most of the dozen holds fail, and all runs of each would take minutes. Before the last
         # part, the share itself must be sufficient, not only the upper end of its interval.

@@ -11,7 +11,7 @@ from ab_sim.scene.units import has_unit, in_si, with_last_unit
 
 Given = str | float
 """Number in SI units, or text with its unit."""
-DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
+_DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
 """Densities of balls [kg/m^3]: bearing steel, silicon nitride, tungsten carbide with cobalt."""
 BALLS = (2, 6)
 """Default range of the number of balls."""
@@ -105,7 +105,7 @@ class SpecificationTexts(NamedTuple):
     settle: Given = SETTLE
     """Time from the running speed until a drive must be balanced [s]."""
     density: Given = DENSITY
-    """Density of the balls [kg/m^3], or a name in ``DENSITIES``."""
+    """Density of the balls [kg/m^3], or a name in ``_DENSITIES``."""
     balls: str | Sequence[int] = BALLS
     """Range of the number of balls, ``2..6``, or a single number."""
     share: float = SHARE
@@ -220,12 +220,12 @@ def _grade(quantity: Given) -> float:
 
 def _density(quantity: Given) -> float:
     """Read a density or the name of a material; return it in kg/m^3."""
-    if isinstance(quantity, str) and quantity.strip().lower() in DENSITIES:
-        return DENSITIES[quantity.strip().lower()]
+    if isinstance(quantity, str) and quantity.strip().lower() in _DENSITIES:
+        return _DENSITIES[quantity.strip().lower()]
     try:
         return _between("density", _number("density", quantity, "kg/m^3"), 100.0, 25000.0)
     except InputError as error:
-        names = ", ".join(DENSITIES)
+        names = ", ".join(_DENSITIES)
         raise InputError(f"{error}; or one of {names}") from None
 
 

@@ -36,7 +36,7 @@ WINDOW = 1000
 """Number of the drive's steps in a window if checks keep up with the drive."""
 SHORTEST = 125
 """Number of steps in the first window, and in those of checks that do not keep up."""
-SHARPER = 1e-3
+_SHARPER = 1e-3
 """Factor on a stepper's tolerance for the comparison run, whose own error is then negligible."""
 SLICE = 128
 """Number of half steps in a slice; it makes the overhead of calls small."""
@@ -51,7 +51,7 @@ class ErrorEstimate(NamedTuple):
     """Difference of the deck's displacement, in units of e; in race radii if e = 0."""
 
 
-NONE_YET = ErrorEstimate(0.0, 0.0)
+_NONE_YET = ErrorEstimate(0.0, 0.0)
 
 
 class _Part(NamedTuple):
@@ -90,7 +90,7 @@ class LiveChecks:
             raise ValueError(f"share = {share}: must be above 0, and at most 1")
         self._drive, self._most, self._longest = drive, share, longest
         broken = of_the_plant(drive.faults)
-        self._shadow = Drive(half_step(drive), commanded=True, faults=broken)
+        self._shadow = Drive(_half_step(drive), commanded=True, faults=broken)
         self._per_step = 1e-9
         """CPU time of a half step [s], from the most expensive recent slice."""
         self.reset_counts()
@@ -125,15 +125,15 @@ class LiveChecks:
 
     def reset_counts(self) -> None:
         """Reset estimates and times, except for the cost of a step, and start a new window."""
-        self.latest = NONE_YET
-        self.largest = NONE_YET
+        self.latest = _NONE_YET
+        self.largest = _NONE_YET
         self._halves = 0
         self._spent = self._worked = 0.0
         self._window: deque[_Part] | None = None
         self._commands: tuple[Callable[[Drive], None], ...] = ()
         self._begun = self._end = 0
         self._length = SHORTEST
-        self._now = NONE_YET
+        self._now = _NONE_YET
 
     def command(self, speed: float, acceleration: float | None = None) -> None:
         """Call ``Drive.command``."""
@@ -175,7 +175,7 @@ class LiveChecks:
     def restart(self) -> None:
         """Discard the recorded window after the drive's state has been changed."""
         self._window, self._commands, self._length = None, (), SHORTEST
-        self.latest = self.largest = self._now = NONE_YET
+        self.latest = self.largest = self._now = _NONE_YET
 
     def work(self, seconds: float) -> None:
         """Check one slice, if the share allows it.
@@ -207,7 +207,7 @@ class LiveChecks:
         except DivergedError:
             # The drive itself is finite, otherwise this would not be called.
             self._add_error(ErrorEstimate(math.inf, math.inf))
-            self.latest, self._now, self._window = self._now, NONE_YET, None
+            self.latest, self._now, self._window = self._now, _NONE_YET, None
             return
         done = self._shadow.steps - before
         self._halves += done
@@ -215,7 +215,7 @@ class LiveChecks:
             # Use the higher cost at once: an underestimate would violate the bound.
             self._per_step = max((time.thread_time() - begin) / done, 0.9 * self._per_step)
         if not self._window and not self._recording:
-            self.latest, self._now, self._window = self._now, NONE_YET, None
+            self.latest, self._now, self._window = self._now, _NONE_YET, None
             # Choose the longest window that can be repeated while the drive advances by WINDOW.
             pace = self._length / max(self._drive.steps - self._begun, self._length)
             self._length = max(SHORTEST, round(WINDOW * pace))
@@ -279,16 +279,16 @@ class LiveChecks:
         self.largest = ErrorEstimate(*map(max, self.largest, error))
 
 
-def half_step(drive: Drive) -> Scene:
+def _half_step(drive: Drive) -> Scene:
     """Return the drive's scene at half its step, without sensors, which do not affect the motion.
 
-    A stepper with a tolerance ignores the step, so its tolerance is reduced by ``SHARPER`` as well.
+    A stepper with a tolerance ignores the step, so its tolerance is reduced by ``_SHARPER``, too.
     """
     solver: dict[str, Any] = {"stepper": drive.stepper.name, "step": drive.step / 2.0}
     if drive.stepper.keeps_tolerance:
         allowed = parameters_of(drive.stepper.name)["tolerance"]
         parameters = drive.scene.solver.parameters
-        sharper = SHARPER * parameters.get("tolerance", allowed.default)
+        sharper = _SHARPER * parameters.get("tolerance", allowed.default)
         solver["parameters"] = {**parameters, "tolerance": max(sharper, allowed.lowest)}
     # Skip validation: half a step need not be whole nanoseconds, which only time stamps need.
     return drive.scene.model_copy(

@@ -126,25 +126,25 @@ def share_of(requested: Accuracy, angle: float, whirl: float) -> float:
 
 ALIKE = 1.15
 """Ratio of prices below which they are equal, due to the scatter of CPU times of short runs."""
-SHARPER = 10.0
+_SHARPER = 10.0
 """Required ratio of the allowed error, with ``SAFETY``, to the difference of the references."""
-STALLED = 3
+_STALLED = 3
 """Number of successive refinements without halving of the difference that indicates rounding.
 
-A refinement that increases the difference by ``SHARPER`` shows instead that earlier runs agreed by
+A refinement that increases the difference by ``_SHARPER`` shows instead that earlier runs agreed by
 chance.
 """
-SHARED = 20
+_SHARED = 20
 """Divisor of the reference's rung.
 
 Steps of all lower rungs, and every second or fifth step of the others, then end at a sample of the
 reference.
 """
-DRAG_RULES = 1000.0
+_DRAG_RULES = 1000.0
 """Ratio of the stable steps without and with drag above which no explicit method is tried."""
-TOLERANCES = 6
+_TOLERANCES = 6
 """Largest number of tolerances tried per method."""
-FEWEST = 4
+_FEWEST = 4
 """Least number of possible steps that a period must leave."""
 
 
@@ -198,13 +198,13 @@ class _Search:
         longest = {s.name: largest_step(s, step_limiting_rates(s, rates))[0] for s in by_step}
         self._usual, other = stepper_named(USUAL), stepper_named(STIFF)
         without_drag = largest_step(self._usual, other_rates)[0]
-        stiff = without_drag >= DRAG_RULES * longest[USUAL]
+        stiff = without_drag >= _DRAG_RULES * longest[USUAL]
         self._first = other if stiff else self._usual
         # Methods with a tolerance get samples as dense as the first method's steps.
         longest |= {stepper.name: longest[self._first.name] for stepper in self._tolerant}
         self._others = [] if stiff else [s for s in by_step if s is not self._usual]
         self._trials = Trials(scene, run, longest, period, tell)
-        if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
+        if period is not None and len(self._trials.rungs(self._first)) < _FEWEST:
             raise SceneError(
                 f"accuracy: too few step lengths are stable, whole nanoseconds, and a whole "
                 f"fraction of the period of {period:g} s ({1 / period:g} 1/s); use a rate of 50, "
@@ -250,7 +250,7 @@ class _Search:
         for place, rung in enumerate(rungs, start=1):
             # Once the differences are small enough, only a rung that can be the reference is run.
             # Two runs may agree by chance, so a much larger difference afterwards starts again.
-            serves, last = rung % SHARED == 0, place == len(rungs)
+            serves, last = rung % _SHARED == 0, place == len(rungs)
             if enough and not (serves or last):
                 continue
             tried = self._trials.run(self._first, rung, last=last)
@@ -259,17 +259,17 @@ class _Search:
             if previous is not None:
                 differences.append(self._between(previous, tried))
                 share = self._share(differences[-1])
-                if share > SHARPER * least:
+                if share > _SHARPER * least:
                     least, stalled = share, 0
                 else:
                     stalled = 0 if share < 0.5 * least else stalled + 1
                     least = min(least, share)
-                enough = SHARPER * SAFETY * share <= 1.0 or stalled >= STALLED
+                enough = _SHARPER * SAFETY * share <= 1.0 or stalled >= _STALLED
             previous = tried
             if enough and serves:
                 break
         assert previous is not None, "the last one of all would have raised"
-        self._reference, self._stalled = previous, stalled >= STALLED
+        self._reference, self._stalled = previous, stalled >= _STALLED
         newest = differences[-max(stalled, 1) :]
         endless = [Deviation(*(math.inf,) * 4)]
         rounding_error = rounding(previous.samples, self.scene.whirl_unit[0])
@@ -350,7 +350,7 @@ class _Search:
         allowed = parameters_of(stepper.name)["tolerance"]
         largest = min(*(one for one in limits if one is not None), allowed.highest)
         (rung, *_), first = self._trials.rungs(stepper), math.floor(math.log10(largest))
-        for power in range(first, first - TOLERANCES, -1):
+        for power in range(first, first - _TOLERANCES, -1):
             tolerance = max(10.0**power, allowed.lowest)
             tried = self._trials.run(stepper, rung, {"tolerance": tolerance})
             if tried is None:

@@ -85,17 +85,17 @@ def rounding(run: Samples, unit: float) -> Deviation:
     return Deviation(angle, whirl, angle, whirl)
 
 
-RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
+_RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
 """Divisors of the longest step: they give 10, 5, 2.5, 2, 1 ms ..."""
 LONGEST = 1.0
 """Longest step that is tried [s]."""
-MOST_SECONDS = 300.0
+_MOST_SECONDS = 300.0
 """Budget of CPU time for measurements [s]."""
-ROUNDS, ENOUGH = 5, 1.0
+_ROUNDS, ENOUGH = 5, 1.0
 """Number of rounds in which finalists are timed, and CPU time that ends them early [s]."""
 PROBE = 500
 """Approximate number of steps of the first run of each method, which may compile a kernel."""
-NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
+_NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
 
 
 class Timed(NamedTuple):
@@ -181,7 +181,9 @@ class Trials:
         """Return the rungs of stable steps of whole nanoseconds, the longest step first."""
         longest = min(self._longest[stepper.name], LONGEST)
         return [
-            rung for rung in RUNGS if self._base % rung == 0 and 1e-9 * self._base / rung <= longest
+            rung
+            for rung in _RUNGS
+            if self._base % rung == 0 and 1e-9 * self._base / rung <= longest
         ]
 
     def expected(self, stepper: Stepper, rung: int, like: Stepper) -> float:
@@ -201,7 +203,7 @@ class Trials:
         self,
         stepper: Stepper,
         rung: int,
-        parameters: Mapping[str, float] = NO_PARAMETERS,
+        parameters: Mapping[str, float] = _NO_PARAMETERS,
         last: bool = False,
     ) -> Tried | None:
         """Run a setting; return None if it diverges or the scene refuses it.
@@ -221,7 +223,7 @@ class Trials:
             self._afford(stepper, rung)
             # As many samples per longest step as fit, so that two runs have many times in common.
             kept = max(
-                k for k in RUNGS if rung % k == 0 and (k == 1 or k * self._bases <= MOST_SAMPLES)
+                k for k in _RUNGS if rung % k == 0 and (k == 1 or k * self._bases <= MOST_SAMPLES)
             )
             every = rung // kept * (self._stride if kept == 1 else 1)
             timed = self._go(scene, self._bases * rung, every)
@@ -236,7 +238,7 @@ class Trials:
     def time_again(self, finalists: list[Tried]) -> None:
         """Time finalists in turns, so that other load of the machine affects all of them."""
         spent = 0.0
-        for _ in range(ROUNDS):
+        for _ in range(_ROUNDS):
             for one in finalists:
                 seconds = self._go(
                     one.scene, self._bases * one.rung, one.rung * self._stride
@@ -252,7 +254,7 @@ class Trials:
         if self._tell is not None:
             first = "" if name in self._per_step else ", compiled first if necessary"
             what = f"{name} at {exact(scene.solver.step)} s{first}; seconds of CPU time"
-            self._tell(what, int(self._spent), int(MOST_SECONDS))
+            self._tell(what, int(self._spent), int(_MOST_SECONDS))
         timed = self._run(scene, steps, every)
         self._spent += timed.seconds
         self._per_step[name] = min(self._per_step.get(name, math.inf), timed.seconds / steps)
@@ -260,9 +262,9 @@ class Trials:
 
     def _afford(self, stepper: Stepper, rung: int) -> None:
         """Refuse a run that is expected to exceed the budget of CPU time."""
-        if self._spent + self.expected(stepper, rung, stepper) > MOST_SECONDS:
+        if self._spent + self.expected(stepper, rung, stepper) > _MOST_SECONDS:
             raise TooExpensiveError(
-                f"accuracy: the search for a solver would take more than {MOST_SECONDS:g} s of CPU "
-                f"time, because a run of duration = {self.scene.duration:g} s is expensive; search "
-                "with a shorter duration, and give the stepper and step found there"
+                f"accuracy: the search for a solver would take more than {_MOST_SECONDS:g} s of "
+                f"CPU time, because a run of duration = {self.scene.duration:g} s is expensive; "
+                "search with a shorter duration, and give the stepper and step found there"
             )

@@ -14,7 +14,7 @@ from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.dynamics.system import has_motor
 
-JERK = 0.01
+_JERK = 0.01
 """Time between two jerks of a slipping disc [s]; rounded to whole steps, at least one."""
 
 
@@ -48,7 +48,7 @@ class ActiveFaults:
             del self._channels[VIBRATION]
         pickups = self._scene.pickups
         self._channels |= {name: (f"{name}_1", f"{name}_2", f"{name}_3") for name in pickups}
-        self._every = max(1, round(JERK / self._step))
+        self._every = max(1, round(_JERK / self._step))
         self.slipped = 0.0
         """Angle by which the disc lags behind the hub [rad]."""
         self._jerked = 0

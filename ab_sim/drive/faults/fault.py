@@ -20,7 +20,7 @@ from ab_sim.scene.sensors import steps_per_sample
 
 VIBRATION = "vibration"
 """Name of the deck's acceleration as a sensor, in scenes without sensors."""
-IN_THE_PLANE = ("suspension", "unequal_suspension")
+_IN_THE_PLANE = ("suspension", "unequal_suspension")
 """Effects that hold the deck in the plane."""
 SPINDLE = "spindle"
 """Name of the sensor of the spindle's speed."""
@@ -65,22 +65,22 @@ def balls_of(scene: Scene) -> list[str]:
     return [f"ball_{i}" for i in range(scene.balls.count)]
 
 
-def supports_of(scene: Scene) -> list[str]:
+def _supports_of(scene: Scene) -> list[str]:
     """Return the names of the deck's supports: the suspension in the plane, mounts in space."""
-    return _mounts_of(scene) or [name for name in scene.effects if name in IN_THE_PLANE]
+    return _mounts_of(scene) or [name for name in scene.effects if name in _IN_THE_PLANE]
 
 
 def _mounts_of(scene: Scene) -> list[str]:
     return [f"mount_{k}" for k in range(len(scene.mounts))]
 
 
-def sensors_of(scene: Scene) -> list[str]:
+def _sensors_of(scene: Scene) -> list[str]:
     """Return the names of all sensors: accelerometers, probes, and the spindle's speed."""
     return [*(scene.sensors or [VIBRATION]), *scene.probes, SPINDLE]
 
 
 def _on_axes(scene: Scene) -> list[str]:
-    return [name for name in sensors_of(scene) if name != SPINDLE]
+    return [name for name in _sensors_of(scene) if name != SPINDLE]
 
 
 def _disc(_: Scene) -> list[str]:
@@ -92,7 +92,7 @@ KINDS = {
     "lost": FaultKind("leaves the race, with its mass", balls_of),
     "softens": FaultKind(
         "keeps this part of its stiffness, and all of its damping",
-        supports_of,
+        _supports_of,
         "the remaining part",
         lambda part: 0.0 < part < 1.0,
         "between 0 and 1",
@@ -106,7 +106,7 @@ KINDS = {
     ),
     "drops": FaultKind(
         "reports nothing for this part of its messages",
-        sensors_of,
+        _sensors_of,
         "the part of its messages that is lost",
         lambda part: 0.0 < part <= 1.0,
         "above 0, at most 1",
@@ -114,14 +114,14 @@ KINDS = {
     ),
     "saturates": FaultKind(
         "reports at most this magnitude",
-        sensors_of,
+        _sensors_of,
         "in its unit",
         lambda most: 0.0 <= most <= 1e9,
         "from 0 to 1e9",
     ),
     "drifts": FaultKind(
         "has a growing offset on all its axes",
-        sensors_of,
+        _sensors_of,
         "in its unit per second",
         lambda rate: 0.0 < abs(rate) <= 1e9,
         "not 0, from -1e9 to 1e9",
@@ -136,9 +136,9 @@ KINDS = {
 }
 """Kinds of faults by their verbs."""
 OF_BALLS = ("sticks", "lost")
-OF_THE_PLANT = (*OF_BALLS, "softens")
+_OF_THE_PLANT = (*OF_BALLS, "softens")
 """Kinds that change constants of the equations of motion."""
-SENSED = ("turned", "drifts", "saturates", "drops")
+_SENSED = ("turned", "drifts", "saturates", "drops")
 """Kinds that alter sensor readings, in the order in which they act on a reading."""
 
 
@@ -162,7 +162,7 @@ def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
 
 def of_the_plant(faults: Iterable[Fault]) -> tuple[Fault, ...]:
     """Return the faults that change the motion, not those of sensors or of the disc's angle."""
-    return tuple(fault for fault in faults if fault.verb in OF_THE_PLANT)
+    return tuple(fault for fault in faults if fault.verb in _OF_THE_PLANT)
 
 
 def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
@@ -244,8 +244,8 @@ class SensedFaults:
     """
 
     def __init__(self, faults: Iterable[Fault], scene: Scene) -> None:
-        sensed = [fault for fault in faults if fault.verb in SENSED]
-        self._faults = sorted(sensed, key=lambda fault: SENSED.index(fault.verb))
+        sensed = [fault for fault in faults if fault.verb in _SENSED]
+        self._faults = sorted(sensed, key=lambda fault: _SENSED.index(fault.verb))
         self._scene, self._step = scene, scene.solver.step
         self._since: dict[Fault, int] = {}
         self.restart(0)

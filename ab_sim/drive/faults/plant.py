@@ -30,7 +30,7 @@ from ab_sim.model.dynamics.system import (
 from ab_sim.model.equations.mounts import DAMPING, STIFFNESS
 from ab_sim.scene.model import Scene
 
-BEYOND_ALL = 1e100
+_BEYOND_ALL = 1e100
 """Rolling mass [kg] of a ball that cannot move, for code that uses the inertia, not the
 mobility."""
 
@@ -44,8 +44,8 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
     missing = 0.0
     for fault in faults:
         if fault.verb in OF_BALLS:
-            ball = ball_number(fault)
-            balls[ball, [ROLLING_MASS, MOBILITY]] = BEYOND_ALL, 0.0
+            ball = _ball_number(fault)
+            balls[ball, [ROLLING_MASS, MOBILITY]] = _BEYOND_ALL, 0.0
             if fault.verb == "lost":
                 missing += float(balls[ball, MASS])
                 balls[ball, [MASS, MOMENT, ROUND_LEVER]] = 0.0
@@ -60,14 +60,14 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
     return system._replace(balls=balls)
 
 
-def ball_number(fault: Fault) -> int:
+def _ball_number(fault: Fault) -> int:
     """Return the number of a fault's ball."""
     return int(fault.component.rpartition("_")[2])
 
 
 def held_balls(faults: Iterable[Fault]) -> list[int]:
     """Return the numbers of balls that do not move along the race: stuck or lost ones."""
-    return sorted(ball_number(fault) for fault in faults if fault.verb in OF_BALLS)
+    return sorted(_ball_number(fault) for fault in faults if fault.verb in OF_BALLS)
 
 
 def stop_held_balls(

@@ -23,7 +23,7 @@ from ab_sim.engine.compiling.source import (
 )
 from ab_sim.tracing.llvm_text import literal
 
-FIELD, ELEMENT = ", !tbaa !3", ", !tbaa !4"
+_FIELD, ELEMENT = ", !tbaa !3", ", !tbaa !4"
 """Type-based alias classes of memory: part of a record, or number of an array. No memory belongs to
 both, so LLVM does not load a record again after a write to an array."""
 METADATA = """
@@ -162,7 +162,7 @@ class BlockWriter:
         leaves_ = []
         for k, leaf in enumerate(leaves(value.kind)):
             pointer, of = self.step(value.pointer, value.at + k), "i64" if leaf == "i1" else leaf
-            one = self.put(f"load {of}, ptr {pointer}, align 8{FIELD}")
+            one = self.put(f"load {of}, ptr {pointer}, align 8{_FIELD}")
             leaves_.append(self.put(f"trunc i64 {one} to i1") if leaf == "i1" else one)
         return leaves_
 
@@ -188,7 +188,7 @@ class BlockWriter:
             if leaf == "i1":
                 leaf, one = "i64", self.put(f"zext i1 {one} to i64")
             to = self.step(pointer, k)
-            self.lines.append(f"store {leaf} {one}, ptr {to}, align 8{FIELD}")
+            self.lines.append(f"store {leaf} {one}, ptr {to}, align 8{_FIELD}")
 
     def load(self, kind: Kind, pointer: str, at: int = 0, immutable: bool = True) -> Value:
         """Return a value in memory; a record's fields are loaded when they are used.

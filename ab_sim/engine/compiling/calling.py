@@ -33,7 +33,7 @@ from ab_sim.engine.compiling.source import (
 
 _FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
 _RETURNED: dict[Scalar, Any] = {FLOAT: ctypes.c_double, INT: ctypes.c_int64, BOOL: ctypes.c_bool}
-NO_FLAGS: Mapping[str, bool] = {}
+_NO_FLAGS: Mapping[str, bool] = {}
 """Default of ``Compiled``: no flag's value is known."""
 _Put = Callable[[Any], tuple[Any, ...]]
 _Row = Callable[..., tuple[Any, ...]]
@@ -52,7 +52,7 @@ class Compiled:
     def __init__(
         self,
         function: FunctionType,
-        flags: Mapping[str, bool] = NO_FLAGS,
+        flags: Mapping[str, bool] = _NO_FLAGS,
         library: Library | None = None,
     ) -> None:
         functools.update_wrapper(self, function)
@@ -83,7 +83,7 @@ _compiled: dict[tuple[FunctionType, frozenset[tuple[str, bool]]], Compiled] = {}
 _library = Library()
 
 
-def compiled(function: Callable[..., Any], flags: Mapping[str, bool] = NO_FLAGS) -> Compiled:
+def compiled(function: Callable[..., Any], flags: Mapping[str, bool] = _NO_FLAGS) -> Compiled:
     """Return a function of the subset as machine code, always the same object for one function.
 
     Args:

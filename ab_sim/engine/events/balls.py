@@ -111,7 +111,7 @@ def put_branches(balls: BallEvents) -> None:
     for i in range(n):
         b[i] = float(discrete[i, DIRECTION] * discrete[i, LOADED])
     if balls.has_contact:
-        put_mobility_of_rows(balls)
+        _put_mobility_of_rows(balls)
         b[n + n * n] = float(discrete[n, DIRECTION])
         return
     for i in range(n):
@@ -119,7 +119,7 @@ def put_branches(balls: BallEvents) -> None:
     b[2 * n] = float(discrete[n, DIRECTION])
 
 
-def put_mobility_of_rows(balls: BallEvents) -> None:
+def _put_mobility_of_rows(balls: BallEvents) -> None:
     """Write the mobility matrix: 1 / (inertia of the row) for two balls of a moving row, else 0."""
     n, b = balls.number, balls.branches
     for entry in range(n, n + n * n):

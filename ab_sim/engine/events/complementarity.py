@@ -37,9 +37,9 @@ from ab_sim.engine.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PATH_FOR
 from ab_sim.engine.events.run import ALONG, CURVE, BallEvents, Run, evaluate
 from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED
 
-DIRECT = 8
+_DIRECT = 8
 """Iterations of undamped Newton's method; later ones also choose branches at averaged x."""
-ROUNDS = 60
+_ROUNDS = 60
 """Maximum number of iterations."""
 STILL = 4.0 * RATE_ROUNDING
 """Rate [rad/s] up to which a ball is set to rest at an event. Balls in contact come to rest
@@ -73,9 +73,9 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
             work.counts[1] += 1
         if balls.has_friction:
             stopped = kind == SLIDE and discrete[i, DIRECTION] != 0
-            come_to_rest(balls, run.state, i if stopped else -1)
+            _come_to_rest(balls, run.state, i if stopped else -1)
         if balls.has_contact:
-            close_gaps(balls, run.state)
+            _close_gaps(balls, run.state)
     if balls.has_contact:
         # Contacts that are closed at this instant; the solution may open some of them.
         for k in range(n):
@@ -83,18 +83,18 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
             work.rows[k, HOP] = 0.0
     consistent = False
     # The first iteration evaluates the branches that held before the instant.
-    for count in range(ROUNDS):
+    for count in range(_ROUNDS):
         put_branches(balls)
         evaluate(run, time, run.state, work.slope)
-        if not choose_branches(run, balls.x):
+        if not _choose_branches(run, balls.x):
             consistent = True
             break
         # Newton's method may cycle between several sets of branches. After DIRECT iterations,
         # branches are chosen at the average of this and earlier accelerations, which damps it.
         for r in range(balls.accelerations):
-            between[r] = balls.x[r] if count < DIRECT else 0.5 * (balls.x[r] + between[r])
-        if count >= DIRECT:
-            choose_branches(run, between)
+            between[r] = balls.x[r] if count < _DIRECT else 0.5 * (balls.x[r] + between[r])
+        if count >= _DIRECT:
+            _choose_branches(run, between)
     if not consistent:
         work.counts[1] += 1
         put_branches(balls)
@@ -102,10 +102,10 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
     evaluate_at_start(run)
 
 
-def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
+def _come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
     """Set a ball to rest whose sliding speed is zero up to rounding, with equally slow balls.
 
-    ``choose_branches`` recognises rest by a rate of exactly zero. The rows of these balls are set
+    ``_choose_branches`` recognises rest by a rate of exactly zero. The rows of these balls are set
     to rest, too.
 
     Args:
@@ -120,10 +120,10 @@ def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
         if 0.0 < abs(state[first + i]) <= still:
             state[first + i] = 0.0
             if balls.has_contact:
-                stop_row(balls, state, i)
+                _stop_row(balls, state, i)
 
 
-def stop_row(balls: BallEvents, state: Floats, i: int) -> None:
+def _stop_row(balls: BallEvents, state: Floats, i: int) -> None:
     """Set to rest all balls in the row of ball i."""
     ahead = 0
     while ball_at(balls, ahead) != i:
@@ -137,7 +137,7 @@ def stop_row(balls: BallEvents, state: Floats, i: int) -> None:
         state[balls.first_rate + ball_at(balls, behind + step)] = 0.0
 
 
-def close_gaps(balls: BallEvents, state: Floats) -> None:
+def _close_gaps(balls: BallEvents, state: Floats) -> None:
     """Move balls so that those in contact touch exactly and none overlap.
 
     This removes the drift by rounding and truncation errors. It starts after the widest gap, which
@@ -157,7 +157,7 @@ def close_gaps(balls: BallEvents, state: Floats) -> None:
             balls.table[ALONG, j] -= opening
 
 
-def choose_branches(run: Run, x: Floats) -> bool:
+def _choose_branches(run: Run, x: Floats) -> bool:
     """Choose the branches that hold just after an instant, given the accelerations x there.
 
     A moving ball slides in the direction of its rate. A ball at rest sticks if the force along the
@@ -195,12 +195,12 @@ def choose_branches(run: Run, x: Floats) -> bool:
             direction = sign(rows[i, LEVEL] if rate == 0.0 else rate)
             changed = changed or discrete[i, DIRECTION] != direction
             discrete[i, DIRECTION] = direction
-    if balls.has_motor and choose_motor_branch(run):
+    if balls.has_motor and _choose_motor_branch(run):
         changed = True
     return changed
 
 
-def choose_motor_branch(run: Run) -> bool:
+def _choose_motor_branch(run: Run) -> bool:
     """Choose whether the motor is at its limit, and return whether that has changed."""
     balls, value, rounding = run.balls, run.work.value, run.work.rounding
     # Slot 0 is crossed at the lower limit, or, at a limit, when the commanded torque returns below

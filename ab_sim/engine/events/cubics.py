@@ -4,7 +4,7 @@ import math
 
 from ab_sim.engine.events.event_functions import NEVER
 
-NEWTON = 8
+_NEWTON = 8
 """Newton iterations for the root of a cubic."""
 
 
@@ -55,7 +55,7 @@ def crossing(
     r0, r1 = rate_low * length, rate_high * length
     p, q = 3.0 * span - 2.0 * r0 - r1, r0 + r1 - 2.0 * span
     before, behind = 0.0, 1.0
-    for _ in range(NEWTON):
+    for _ in range(_NEWTON):
         here = at_low + part * (r0 + part * (p + part * q))
         before, behind = (part, behind) if here > 0.0 else (before, part)
         part -= here / (r0 + part * (2.0 * p + 3.0 * part * q))

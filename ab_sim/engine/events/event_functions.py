@@ -63,12 +63,12 @@ def event_functions(
             for forces.
     """
     if balls.has_friction:
-        friction_functions(balls, state, slope, value, rounding, rate)
+        _friction_functions(balls, state, slope, value, rounding, rate)
         if balls.has_contact:
-            add_leaning_balls(balls, value, rounding)
+            _add_leaning_balls(balls, value, rounding)
     if balls.has_contact:
         put_pushes(balls)
-        contact_functions(balls, state, value, rounding, rate)
+        _contact_functions(balls, state, value, rounding, rate)
     if balls.has_motor:
         motor_functions(balls, value, rounding)
 
@@ -83,7 +83,7 @@ def evaluate_at_start(run: Run) -> None:
     work.measured[0] = 0.0
 
 
-def friction_functions(
+def _friction_functions(
     balls: BallEvents, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
     """Compute SLIDE, HOLD and LOAD for each ball, without the balls that lean on it."""
@@ -108,7 +108,7 @@ def friction_functions(
         rounding[SLIDE * n + i] = RATE_ROUNDING
 
 
-def add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> None:
+def _add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> None:
     """Add the margins of stuck balls that touch, as a push on one is passed on to the next.
 
     SLIDE sums the margins from behind, HOLD those from ahead: a row of stuck balls moves only if
@@ -117,25 +117,25 @@ def add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> Non
     n, begin = balls.number, row_start(balls)
     for step in range(n - 1):
         k = around(balls, begin + step)
-        if leans(balls, k):
+        if _leans(balls, k):
             behind, here = SLIDE * n + ball_at(balls, k), SLIDE * n + ball_at(balls, k + 1)
             value[here] += value[behind]
             rounding[here] += rounding[behind]
         k = around(balls, begin + n - 2 - step)
-        if leans(balls, k):
+        if _leans(balls, k):
             here, ahead = HOLD * n + ball_at(balls, k), HOLD * n + ball_at(balls, k + 1)
             value[here] += value[ahead]
             rounding[here] += rounding[ahead]
 
 
-def leans(balls: BallEvents, k: int) -> bool:
+def _leans(balls: BallEvents, k: int) -> bool:
     """Return whether the balls at contact k touch and both stick."""
     if balls.discrete[k, JOINED] == 0:
         return False
     return is_stuck(balls, ball_at(balls, k)) and is_stuck(balls, ball_at(balls, k + 1))
 
 
-def contact_functions(
+def _contact_functions(
     balls: BallEvents, state: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
     """Compute TOUCH: gaps of balls apart, pushes between joined balls."""

@@ -33,12 +33,12 @@ from ab_sim.model.dynamics.system import DIRECTION, JOINED
 
 ROUNDING = 1e-14
 """Bound of a momentum's rounding error, relative to the fastest ball's momentum."""
-SLOW_HOP = 3e-8
+_SLOW_HOP = 3e-8
 """Separation speed [m/s] up to which touching balls stay together in an impact of other balls."""
 SLOW_IMPACT = 1e-6
 """Impact speed [m/s] up to which no balls bounce or separate. Balls may reach such a speed within a
 gap that counts as zero. If they bounced, the impacts would recur without end."""
-ROUNDS = 60
+_ROUNDS = 60
 """Maximum number of iterations."""
 
 
@@ -66,11 +66,11 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
             discrete[i, DIRECTION] = 1
         table[PATH, i] = path_speed(balls, state, i)
     discrete[struck, JOINED] = 1
-    shift_speeds(run, struck, plastic)
+    _shift_speeds(run, struck, plastic)
     # The same iteration as in ``complementarity``: the joined contacts give the jumps, and the
     # jumps give the contacts that stay joined, until none changes.
     collided = False
-    for _ in range(ROUNDS):
+    for _ in range(_ROUNDS):
         put_branches(balls)
         solve_jumps(balls)
         for i in range(balls.number):
@@ -96,7 +96,7 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
     return collided
 
 
-def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
+def _shift_speeds(run: Run, struck: int, plastic: bool) -> None:
     """Set up the equations for the path speeds after an impact, reduced by the bounce (SHIFT).
 
     SHIFT of a ball is the sum of e times the speed of approach over the contacts before it in its
@@ -111,7 +111,7 @@ def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
     for k in range(balls.number):
         fastest = max(fastest, abs(table[PATH, k]))
         rows[k, CLOSED] = float(balls.discrete[k, JOINED])
-        rows[k, HOP] = hit if 0.0 < hit <= SLOW_IMPACT else SLOW_HOP
+        rows[k, HOP] = hit if 0.0 < hit <= SLOW_IMPACT else _SLOW_HOP
     rows[struck, HOP] = 0.0
     for r in range(every):
         block[r, every] = balls.x[r] = 0.0
@@ -158,7 +158,7 @@ def solve_jumps(balls: BallEvents) -> None:
             for q in range(free):
                 matrix[r, q] -= table[COUPLING + r, i] * gain[q, i]
             matrix[r, free] += table[COUPLING + r, i] * gain[free, i]
-    solve_dense(matrix, balls.x, free)
+    _solve_dense(matrix, balls.x, free)
     for i in range(n):
         g = gain[free, i]
         for r in range(free):
@@ -166,7 +166,7 @@ def solve_jumps(balls: BallEvents) -> None:
         table[PATH_ACCELERATION, i] = g
 
 
-def solve_dense(matrix: Table, x: Floats, size: int) -> None:
+def _solve_dense(matrix: Table, x: Floats, size: int) -> None:
     """Solve ``size`` linear equations by Gaussian elimination, right sides in the last column.
 
     The matrix is one of masses and inertias, positive definite, so no pivoting is needed.

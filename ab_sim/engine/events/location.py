@@ -24,15 +24,15 @@ MAX_EVENTS = 60
 
 Later events of the step are located, but balls that meet no longer bounce. After twice as many
 events, the rest of the step is taken with the branches that hold then."""
-TIME_TOLERANCE = 1e-13
+_TIME_TOLERANCE = 1e-13
 """Tolerance of an event's time, as a fraction of the step."""
-OVERSHOOT = 0.3 * TIME_TOLERANCE
+_OVERSHOOT = 0.3 * _TIME_TOLERANCE
 """Distance beyond the predicted root at which a trial step ends, as a fraction of the step."""
-VALUE_TOLERANCE = 0.1
+_VALUE_TOLERANCE = 0.1
 """Tolerance of an event function's value, as a fraction of its rounding error bound.
 
-It applies where the function is so flat that ``TIME_TOLERANCE`` would require a smaller value."""
-CROSSED = 2.0
+It applies where the function is so flat that ``_TIME_TOLERANCE`` would require a smaller value."""
+_CROSSED = 2.0
 """Number of rounding error bounds below zero at which a function counts as crossed.
 
 A branch is chosen if its function is at least minus one bound. A function evaluated again in the
@@ -48,9 +48,9 @@ DOUBT = 1e-3
 force's terms."""
 SHORTLY = 1e-5
 """Time over which rates of forces are measured (forward difference), as a fraction of the step."""
-MAGNITUDE_PER_BOUND = 1.0 / ROUNDING
+_MAGNITUDE_PER_BOUND = 1.0 / ROUNDING
 """Ratio of the magnitude of a force's terms to the bound of its rounding error."""
-MAX_TRIALS = 200
+_MAX_TRIALS = 200
 """Maximum number of trial steps per event; after them, the end of the bracket is taken."""
 
 
@@ -64,7 +64,7 @@ def check_branches(run: Run, time: float) -> None:
     """
     work = run.work
     evaluate_at_start(run)
-    if first_crossed(work.value, work.value, work.rounding) >= 0:
+    if _first_crossed(work.value, work.value, work.rounding) >= 0:
         solve_complementarity(run, time, -1, False)
 
 
@@ -83,7 +83,7 @@ def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
         event at the end, too many events, or a state out of bounds: the next step then begins with
         ``evaluate`` and ``check_branches``.
     """
-    trial_step(run, begin, length, end)
+    _trial_step(run, begin, length, end)
     return cut_at_events(run, begin, length, end)
 
 
@@ -94,20 +94,20 @@ def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
     now, rest = begin, length
     for count in range(2 * most + 1):
         if count > 0:
-            trial_step(run, now, rest, end)
+            _trial_step(run, now, rest, end)
         if not within_bounds(work.trial, work.bounds):
             return False
         # ``trial`` is now a step from the last event to the end of the whole step.
-        slot, bracket = event_within(run, now, rest, end)
+        slot, bracket = _event_within(run, now, rest, end)
         if slot < 0:
             return True
         if count == most:
             work.counts[1] += 1
         if count == 2 * most:
             # ``trial`` may be a shorter step, up to a dip.
-            trial_step(run, now, rest, end)
+            _trial_step(run, now, rest, end)
             return False
-        slot, taken = first_event(run, now, bracket, slot)
+        slot, taken = _first_event(run, now, bracket, slot)
         for j in range(state.size):
             state[j] = work.trial[j]
         work.counts[0] += 1
@@ -115,7 +115,7 @@ def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
         rest -= taken
         solve_complementarity(run, now, slot, count >= most)
         # The event is at the end of the step, within the tolerance of its time: no step is left.
-        if rest <= TIME_TOLERANCE * length:
+        if rest <= _TIME_TOLERANCE * length:
             for j in range(state.size):
                 work.trial[j] = state[j]
             break
@@ -130,7 +130,7 @@ def within_bounds(trial: Floats, bounds: Floats) -> bool:
     return True
 
 
-def trial_step(run: Run, now: float, length: float, end: float) -> None:
+def _trial_step(run: Run, now: float, length: float, end: float) -> None:
     """Take a step into ``trial``, and evaluate the event functions at its end."""
     take_step(run, now, length)
     evaluate_at_end(run, end)
@@ -151,36 +151,36 @@ def put_functions_at_end(run: Run) -> None:
     work.measured[1] = 0.0
 
 
-def margin(value: Floats, rounding: Floats, slot: int) -> float:
+def _margin(value: Floats, rounding: Floats, slot: int) -> float:
     """Return an event function's value plus two rounding error bounds; negative if crossed."""
-    return value[slot] + CROSSED * rounding[slot]
+    return value[slot] + _CROSSED * rounding[slot]
 
 
-def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
+def _first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
     """Return the slot that is crossed first by linear interpolation, or -1 if none is crossed.
 
     ``rounding`` belongs to the last evaluation and serves for both ends.
     """
     crossed, first = -1, 2.0
     for slot in range(value.size):
-        end = margin(ahead, rounding, slot)
+        end = _margin(ahead, rounding, slot)
         if end < 0.0:
-            start = max(margin(value, rounding, slot), 0.0)
+            start = max(_margin(value, rounding, slot), 0.0)
             reaches = start / (start - end)
             if reaches < first:
                 crossed, first = slot, reaches
     return crossed
 
 
-def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
+def _other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
     """Return a slot other than ``slot`` whose function is crossed, or -1."""
     for other in range(ahead.size):
-        if other != slot and margin(ahead, rounding, other) < 0.0:
+        if other != slot and _margin(ahead, rounding, other) < 0.0:
             return other
     return -1
 
 
-def event_within(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
+def _event_within(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
     """Return a function that is crossed in a trial step, and a time at which it is crossed.
 
     Returns:
@@ -188,13 +188,13 @@ def event_within(run: Run, now: float, length: float, end: float) -> tuple[int, 
         state at that time is in ``trial``.
     """
     work = run.work
-    slot = first_crossed(work.value, work.value_ahead, work.rounding)
+    slot = _first_crossed(work.value, work.value_ahead, work.rounding)
     if slot >= 0:
         return slot, length
-    return lowest_between(run, now, length, end)
+    return _lowest_between(run, now, length, end)
 
 
-def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
+def _lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
     """Return a function that is crossed within a step but not at its end.
 
     Each function is interpolated by a cubic through both ends. If one falls and rises again, a
@@ -205,13 +205,13 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
         Slot of the function, -1 if there is none, and the time since the step's beginning [s].
     """
     work = run.work
-    slot, part = next_hidden_crossing(run, now, length, end, 0)
+    slot, part = _next_hidden_crossing(run, now, length, end, 0)
     while slot >= 0:
-        trial_step(run, now, part * length, now + part * length)
-        if margin(work.value_ahead, work.rounding, slot) < 0.0:
+        _trial_step(run, now, part * length, now + part * length)
+        if _margin(work.value_ahead, work.rounding, slot) < 0.0:
             return slot, part * length
-        trial_step(run, now, length, end)
-        slot, part = next_hidden_crossing(run, now, length, end, slot + 1)
+        _trial_step(run, now, length, end)
+        slot, part = _next_hidden_crossing(run, now, length, end, slot + 1)
     return -1, length
 
 
@@ -222,13 +222,13 @@ def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
     test decides which of the runs must take the step again alone, with events located.
     """
     work = run.work
-    if first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
+    if _first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
         return True
-    slot, _ = next_hidden_crossing(run, now, length, end, 0)
+    slot, _ = _next_hidden_crossing(run, now, length, end, 0)
     return slot >= 0
 
 
-def next_hidden_crossing(
+def _next_hidden_crossing(
     run: Run, now: float, length: float, end: float, first: int
 ) -> tuple[int, float]:
     """Return the first slot, from ``first`` on, whose function may become negative within a step.
@@ -240,27 +240,27 @@ def next_hidden_crossing(
     """
     work = run.work
     for slot in range(first, work.value.size):
-        if is_far(work, slot):
+        if _is_far(work, slot):
             continue
         if work.rate[slot] >= NEVER and work.measured[1] != SHORTLY * length:
-            put_rates_at_ends(run, now, length, end)
-        part = hidden_crossing(work, length, slot)
+            _put_rates_at_ends(run, now, length, end)
+        part = _hidden_crossing(work, length, slot)
         if part != 0.0:
             return slot, part
     return -1, 0.0
 
 
-def is_far(work: Workspace, slot: int) -> bool:
+def _is_far(work: Workspace, slot: int) -> bool:
     """Return whether a function cannot reach zero within a step, from its values at both ends."""
     value, ahead = work.value[slot], work.value_ahead[slot]
     if value > 1e200 or ahead > 1e200:
         return True
     if work.rate[slot] < NEVER:
         return False
-    return min(value, ahead) > NEAR * MAGNITUDE_PER_BOUND * work.rounding[slot]
+    return min(value, ahead) > NEAR * _MAGNITUDE_PER_BOUND * work.rounding[slot]
 
 
-def hidden_crossing(work: Workspace, length: float, slot: int) -> float:
+def _hidden_crossing(work: Workspace, length: float, slot: int) -> float:
     """Return the fraction of a step at which a function may become negative, or 0 if it cannot."""
     is_force, rounding = work.rate[slot] >= NEVER, work.rounding[slot]
     change = (work.force_rate[0, slot] if is_force else work.rate[slot]) * length
@@ -271,25 +271,25 @@ def hidden_crossing(work: Workspace, length: float, slot: int) -> float:
     doubt = 0.0
     if is_force:
         # The interpolant's error is at most of the order of the changes at both ends.
-        doubt = min(DOUBT * MAGNITUDE_PER_BOUND * rounding, abs(change) + abs(change_ahead))
+        doubt = min(DOUBT * _MAGNITUDE_PER_BOUND * rounding, abs(change) + abs(change_ahead))
     # One bound, not the two of CROSSED: the trial step at the minimum decides.
     return 0.0 if lowest >= doubt - rounding else part
 
 
-def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
+def _put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
     """Measure the rates of the functions at both ends of a step, into ``force_rate``."""
-    put_rates_at_start(run, now, length)
-    put_rates_at_end(run, end, length)
+    _put_rates_at_start(run, now, length)
+    _put_rates_at_end(run, end, length)
 
 
-def put_rates_at_start(run: Run, now: float, length: float) -> None:
+def _put_rates_at_start(run: Run, now: float, length: float) -> None:
     """Measure the rates at a step's start, unless that has been done."""
     work, brief = run.work, SHORTLY * length
     if work.measured[0] != brief:
         put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
 
 
-def put_rates_at_end(run: Run, end: float, length: float) -> None:
+def _put_rates_at_end(run: Run, end: float, length: float) -> None:
     """Measure the rates at the end of a trial step."""
     work, brief = run.work, SHORTLY * length
     put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
@@ -319,17 +319,17 @@ def put_force_rates(
     work.measured[line] = shortly
 
 
-def first_event(run: Run, now: float, length: float, slot: int) -> tuple[int, float]:
+def _first_event(run: Run, now: float, length: float, slot: int) -> tuple[int, float]:
     """Return the slot and the time of the first event up to ``length``, as ``locate``.
 
     A ball may slip and stick again before the event that ``locate`` finds. Its function is not
     crossed at the ends of the trial steps, so dips up to the event are searched, too.
     """
     slot, taken = locate(run, now, length, slot)
-    earlier, bracket = lowest_between(run, now, taken, now + taken)
+    earlier, bracket = _lowest_between(run, now, taken, now + taken)
     while earlier >= 0:
         slot, taken = locate(run, now, bracket, earlier)
-        earlier, bracket = lowest_between(run, now, taken, now + taken)
+        earlier, bracket = _lowest_between(run, now, taken, now + taken)
     if run.work.measured[1] != 0.0:
         # Measured rates have overwritten the results of the evaluation at the event.
         evaluate_at_end(run, now + taken)
@@ -357,59 +357,59 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[int, float]:
     work, rounding, start = run.work, run.work.rounding, run.work.value
     low, high = 0.0, length
     at_low, at_high = (
-        max(margin(start, rounding, slot), 0.0),
-        margin(work.value_ahead, rounding, slot),
+        max(_margin(start, rounding, slot), 0.0),
+        _margin(work.value_ahead, rounding, slot),
     )
     rate_low, rate_high = (
-        rate_at_start(run, now, length, slot),
-        rate_at(run, now + high, length, slot),
+        _rate_at_start(run, now, length, slot),
+        _rate_at(run, now + high, length, slot),
     )
-    overshoot, rate = OVERSHOOT * length, rate_high
-    for attempt in range(MAX_TRIALS):
-        if high - low <= TIME_TOLERANCE * length:
+    overshoot, rate = _OVERSHOOT * length, rate_high
+    for attempt in range(_MAX_TRIALS):
+        if high - low <= _TIME_TOLERANCE * length:
             break
         x = crossing(low, high, at_low, at_high, rate_low, rate_high) + overshoot
-        if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
+        if low == 0.0 and at_low <= 10.0 * _CROSSED * rounding[slot]:
             # The function starts at zero up to rounding. The speed of a ball that has just started
             # to move rises first, so the second root is wanted.
             back = landing(rate_low * high, at_high, rate_high * high)
             x = back * high + overshoot if back < 1.0 else 0.25 * high
         if attempt % 8 == 7 or not low < x < high:
             x = 0.5 * (low + high)
-        trial_step(run, now, x, now + x)
-        here = margin(work.value_ahead, rounding, slot)
-        other = other_crossed(work.value_ahead, rounding, slot)
+        _trial_step(run, now, x, now + x)
+        here = _margin(work.value_ahead, rounding, slot)
+        other = _other_crossed(work.value_ahead, rounding, slot)
         if here >= 0.0 and other < 0:
             # No function is crossed yet. If the root was predicted just here, only rounding hides
             # it, so look further ahead, eight times as far each time.
-            overshoot = 8.0 * overshoot if 0.0 < x - low <= 2.0 * overshoot else OVERSHOOT * length
-            rate = rate_at(run, now + x, length, slot)
+            overshoot = 8.0 * overshoot if 0.0 < x - low <= 2.0 * overshoot else _OVERSHOOT * length
+            rate = _rate_at(run, now + x, length, slot)
             low, at_low, rate_low = x, here, rate
             continue
         # If several functions are crossed here, another one may be crossed earlier than this one,
         # so the next trial ends before the predicted root.
-        overshoot = OVERSHOOT * length if other < 0 else -OVERSHOOT * length
+        overshoot = _OVERSHOOT * length if other < 0 else -_OVERSHOOT * length
         if here >= 0.0:
             # Another function is crossed first: continue with that one. Its value at ``low`` was
             # not kept, except at the start. Minus its value here makes the next trial bisect.
-            slot, here = other, margin(work.value_ahead, rounding, other)
+            slot, here = other, _margin(work.value_ahead, rounding, other)
             at_low, rate_low = -here, NEVER
             if low == 0.0:
-                at_low = max(margin(start, rounding, slot), 0.0)
-                rate_low = rate_at_start(run, now, length, slot)
+                at_low = max(_margin(start, rounding, slot), 0.0)
+                rate_low = _rate_at_start(run, now, length, slot)
         # Beyond the root by at most the tolerance of time or of value. The rate is that of the
         # trial before, which saves a measurement.
         elif other < 0 and -here <= max(
-            -rate * TIME_TOLERANCE * length, VALUE_TOLERANCE * rounding[slot]
+            -rate * _TIME_TOLERANCE * length, _VALUE_TOLERANCE * rounding[slot]
         ):
             return slot, x
-        rate = rate_at(run, now + x, length, slot)
+        rate = _rate_at(run, now + x, length, slot)
         high, at_high, rate_high = x, here, rate
-    trial_step(run, now, high, now + high)
+    _trial_step(run, now, high, now + high)
     return slot, high
 
 
-def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
+def _rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
     """Return the rate of event function ``slot`` at a step's start; a force's rate is measured.
 
     ``now`` is the local time of the start [s], and ``length`` that of the step [s].
@@ -417,11 +417,11 @@ def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
     work = run.work
     if work.rate[slot] < NEVER:
         return work.rate[slot]
-    put_rates_at_start(run, now, length)
+    _put_rates_at_start(run, now, length)
     return work.force_rate[0, slot]
 
 
-def rate_at(run: Run, time: float, length: float, slot: int) -> float:
+def _rate_at(run: Run, time: float, length: float, slot: int) -> float:
     """Return the rate of an event function at a trial step's end.
 
     Measuring a force's rate overwrites the results of the evaluation there.
@@ -429,5 +429,5 @@ def rate_at(run: Run, time: float, length: float, slot: int) -> float:
     work = run.work
     if work.rate_ahead[slot] < NEVER:
         return work.rate_ahead[slot]
-    put_rates_at_end(run, time, length)
+    _put_rates_at_end(run, time, length)
     return work.force_rate[1, slot]

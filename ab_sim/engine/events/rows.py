@@ -30,7 +30,7 @@ HOP = 6
 """Column per contact: largest difference of its balls' g at which they stay together."""
 FIRST = 7
 """Column per pool: place of its first ball in the row."""
-POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE, POOL_LEVEL = 8, 9, 10, 11, 12
+_POOL_INERTIA, _POOL_PULL, _POOL_HOLD, _POOL_COARSE, _POOL_LEVEL = 8, 9, 10, 11, 12
 """Columns per pool: sums over its balls, and their common g."""
 WIDTH = 13
 """Number of columns of the array of rows, which has one line for each ball, contact or pool."""
@@ -52,17 +52,17 @@ def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
     return (pull - hold if pull > 0.0 else pull + hold) / inertia
 
 
-def put_level(rows: Table, pool: int) -> None:
+def _put_level(rows: Table, pool: int) -> None:
     """Compute g of a pool from its sums."""
-    rows[pool, POOL_LEVEL] = level(
-        rows[pool, POOL_INERTIA],
-        rows[pool, POOL_PULL],
-        rows[pool, POOL_HOLD],
-        rows[pool, POOL_COARSE],
+    rows[pool, _POOL_LEVEL] = level(
+        rows[pool, _POOL_INERTIA],
+        rows[pool, _POOL_PULL],
+        rows[pool, _POOL_HOLD],
+        rows[pool, _POOL_COARSE],
     )
 
 
-def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
+def _are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
     """Return whether pool ``before`` and the next one push each other, up to rounding.
 
     Args:
@@ -72,13 +72,13 @@ def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
         coarse: bound of the rounding error of a force on them [N].
     """
     here = before + 1
-    parts = rows[here, POOL_LEVEL] - rows[before, POOL_LEVEL]
+    parts = rows[here, _POOL_LEVEL] - rows[before, _POOL_LEVEL]
     if parts <= hop:
         return True
-    rests = rows[here, POOL_HOLD] >= 0.0
-    if rests and rows[here, POOL_LEVEL] * rows[before, POOL_LEVEL] <= 0.0:
+    rests = rows[here, _POOL_HOLD] >= 0.0
+    if rests and rows[here, _POOL_LEVEL] * rows[before, _POOL_LEVEL] <= 0.0:
         return False
-    a, b = rows[before, POOL_INERTIA], rows[here, POOL_INERTIA]
+    a, b = rows[before, _POOL_INERTIA], rows[here, _POOL_INERTIA]
     return parts * a * b / (a + b) <= coarse
 
 
@@ -102,12 +102,12 @@ def solve_rows(balls: BallEvents, rows: Table) -> bool:
         i = ball_at(balls, begin + place) if balls.has_contact else place
         top += 1
         rows[top, FIRST] = float(place)
-        rows[top, POOL_INERTIA] = balls.constants[i, ROLLING_MASS]
+        rows[top, _POOL_INERTIA] = balls.constants[i, ROLLING_MASS]
         for column in (PATH_FORCE, HOLD, COARSE):
-            rows[top, POOL_PULL + column] = rows[i, column]
-        put_level(rows, top)
+            rows[top, _POOL_PULL + column] = rows[i, column]
+        _put_level(rows, top)
         if not balls.has_contact:
-            rows[i, LEVEL] = rows[top, POOL_LEVEL]
+            rows[i, LEVEL] = rows[top, _POOL_LEVEL]
             continue
         # Pool adjacent violators: merge the new ball with the pool before it as long as the two
         # push each other. A merged pool may violate the order with its predecessor, hence the
@@ -115,19 +115,19 @@ def solve_rows(balls: BallEvents, rows: Table) -> bool:
         while top > 0:
             k = around(balls, begin + int(rows[top, FIRST]) - 1)
             coarse = rows[ball_at(balls, k), COARSE] + rows[ball_at(balls, k + 1), COARSE]
-            if rows[k, CLOSED] == 0.0 or not are_together(rows, top - 1, rows[k, HOP], coarse):
+            if rows[k, CLOSED] == 0.0 or not _are_together(rows, top - 1, rows[k, HOP], coarse):
                 break
             top -= 1
-            for column in (POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE):
+            for column in (_POOL_INERTIA, _POOL_PULL, _POOL_HOLD, _POOL_COARSE):
                 rows[top, column] += rows[top + 1, column]
-            put_level(rows, top)
+            _put_level(rows, top)
     if not balls.has_contact:
         return False
     for pool in range(top + 1):
         end = n if pool == top else int(rows[pool + 1, FIRST])
         for place in range(int(rows[pool, FIRST]), end):
             k = around(balls, begin + place)
-            rows[ball_at(balls, k), LEVEL] = rows[pool, POOL_LEVEL]
+            rows[ball_at(balls, k), LEVEL] = rows[pool, _POOL_LEVEL]
             joined = 1 if place < end - 1 else 0
             changed = changed or balls.discrete[k, JOINED] != joined
             balls.discrete[k, JOINED] = joined

@@ -16,9 +16,9 @@ from ab_sim.model.spindle import top_speed_of
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Solver
 
-TOLERANCE = 1e-3
+_TOLERANCE = 1e-3
 """Growth per step that counts as stable, since methods amplify undamped motion slightly."""
-REACHES = np.concatenate([0.01 * np.arange(1, 5001), 50.0 * 2.0 ** np.arange(1, 31)])
+_REACHES = np.concatenate([0.01 * np.arange(1, 5001), 50.0 * 2.0 ** np.arange(1, 31)])
 """Values of |z| at which growth is examined; a method stable at all of them has no limit."""
 
 
@@ -35,7 +35,7 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
         Largest x for which one step does not amplify y' = (x direction / step) y; infinite for a
         method that never amplifies it.
     """
-    tolerance = 0.0 if direction == -1.0 else TOLERANCE
+    tolerance = 0.0 if direction == -1.0 else _TOLERANCE
 
     def unstable(x: float) -> bool:
         return abs(stepper.growth(x * direction)) > 1.0 + tolerance
@@ -43,7 +43,7 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
     # The first unstable point ends the interval of stability that begins at 0; bisection between
     # it and the last stable point gives the limit. Stable points beyond it do not count.
     inside = outside = 0.0
-    for outside in REACHES.tolist():
+    for outside in _REACHES.tolist():
         if unstable(outside):
             break
         inside = outside
@@ -127,9 +127,9 @@ USUAL = "rk8"
 """Default stepper of ``auto``; for a requested accuracy, another one may be cheaper."""
 STIFF = "imex8"
 """Stepper that ``auto`` takes if, because of drag, it needs fewer evaluations than ``USUAL``."""
-FEW_PARTS = 4
+_FEW_PARTS = 4
 """Number of parts of a step up to which ``USUAL`` is preferred, as it is more accurate."""
-MOST_PARTS = 1024
+_MOST_PARTS = 1024
 """Maximum number of parts of a step."""
 FOLLOWED = 0.5
 """Largest product of a part's length and the rate of an oscillation that limits the step."""
@@ -145,11 +145,11 @@ def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepp
     usual, stiff = (_in_stable_parts(stepper_named(name), step, rates) for name in (USUAL, STIFF))
     if usual.parts == 1:
         return usual
-    if usual.parts <= FEW_PARTS or _effort(usual) <= _effort(stiff):
+    if usual.parts <= _FEW_PARTS or _effort(usual) <= _effort(stiff):
         choice = usual
     else:
         choice = stiff
-    return choice if choice.parts <= MOST_PARTS and step * speed <= 2.0 * math.pi else None
+    return choice if choice.parts <= _MOST_PARTS and step * speed <= 2.0 * math.pi else None
 
 
 def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:

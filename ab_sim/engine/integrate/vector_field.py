@@ -217,7 +217,9 @@ class Flow:
             np.zeros((size + 1, lanes)),
             np.empty((stages * size, lanes)),
         )
-        compiled(take_steps)(self._steps, room, duration / steps, count, flown.states, flown.matrix)
+        compiled(_take_steps)(
+            self._steps, room, duration / steps, count, flown.states, flown.matrix
+        )
         return flown
 
 
@@ -246,7 +248,7 @@ class _Room(NamedTuple):
     """Rates of the tangents, the stages below each other, shape (stages * states, lanes)."""
 
 
-def take_steps(
+def _take_steps(
     steps: _Steps, room: _Room, length: float, columns: int, states: Table, matrix: Table
 ) -> None:
     """Take steps from the first line of ``states`` on, together with tangents.

@@ -147,7 +147,7 @@ def called(address: int, *arguments: np.ndarray | float) -> None:
     caller(len(arrays), len(numbers))(address)(*[x.ctypes.data for x in arrays], *numbers)
 
 
-FEW = 8
+_FEW = 8
 """Maximum number of balls for directions in lanes; with more, vectors are formed of the balls."""
 LANES = 8
 """Number of directions in lanes."""
@@ -157,7 +157,7 @@ DIRECTION = "d"
 
 def lanes_for(balls: int) -> int:
     """Return the number of directions that are computed together."""
-    return LANES if balls <= FEW else 1
+    return LANES if balls <= _FEW else 1
 
 
 def tangent_address(code: Code) -> int:

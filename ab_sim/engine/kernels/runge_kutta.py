@@ -52,7 +52,7 @@ class StatePart(NamedTuple):
     """Number of states in the vector; in lanes always one."""
 
 
-def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
+def _pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
     """Return the division of a state into vectors: deck's states by 2 or 4, balls' by groups."""
     model = emission.model
     deck_states, n = model.states, model.count
@@ -247,7 +247,7 @@ class _Slope(Function):
         pointers = [CONSTANTS, BRANCHES]
         self._times = times
         super().__init__("slope_of", pointers, Shape(emission.model.count, lanes))
-        self.pieces = pieces_of(emission, lanes)
+        self.pieces = _pieces_of(emission, lanes)
         self.kinds = [kind(piece.width * lanes) for piece in self.pieces]
         self.returned = ""
 

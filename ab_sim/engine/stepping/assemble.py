@@ -7,21 +7,21 @@ from ab_sim.engine.events.run_arrays import balls_of, workspace
 from ab_sim.engine.kernels.code import Code
 from ab_sim.model.dynamics.system import System
 
-NOWHERE, NO_NUMBERS, NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
+NOWHERE, _NO_NUMBERS, _NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
 NOT_IMPLICIT = ImplicitWork(
     slope=NOWHERE,
     tangent=NOWHERE,
     mass=0.0,
     force=0.0,
     newmark=0.0,
-    time=NO_NUMBERS,
-    at=NO_NUMBERS,
-    slope_there=NO_NUMBERS,
-    change=NO_NUMBERS,
-    along=NO_TABLE,
-    rates=NO_TABLE,
-    jacobian=NO_TABLE,
-    equations=NO_TABLE,
+    time=_NO_NUMBERS,
+    at=_NO_NUMBERS,
+    slope_there=_NO_NUMBERS,
+    change=_NO_NUMBERS,
+    along=_NO_TABLE,
+    rates=_NO_TABLE,
+    jacobian=_NO_TABLE,
+    equations=_NO_TABLE,
 )
 
 

@@ -103,9 +103,9 @@ def unwound(angle: Expression) -> tuple[Expression, Expression]:
     return turn, (angle - turn * (2.0 * math.pi)) - turn * TWO_PI_REST
 
 
-SURE = 1e-6
+_SURE = 1e-6
 """Margin far above rounding, as a fraction of the forces in an event function, or of a speed."""
-NUMBERS_PER_BALL, NUMBERS_OF_MOTOR = 8, 4
+_NUMBERS_PER_BALL, _NUMBERS_OF_MOTOR = 8, 4
 """Numbers kept between steps: value and change of each event function that is tested."""
 
 
@@ -126,7 +126,7 @@ def event_test_address(code: Code, lanes: int) -> int:
 
 def size_of_seen(code: Code) -> int:
     """Return the count of numbers that ``event_test`` keeps of each run between steps."""
-    return NUMBERS_PER_BALL * code.model.count + NUMBERS_OF_MOTOR
+    return _NUMBERS_PER_BALL * code.model.count + _NUMBERS_OF_MOTOR
 
 
 class _Function(NamedTuple):
@@ -277,12 +277,12 @@ def _doubt_of_force(
         r0, r1: rates there times the length of the step.
         size: magnitude of the terms of the force, to which its rounding error is relative.
     """
-    sure = SURE * size
+    sure = _SURE * size
     varies = abs(r0) + abs(r1)
     doubt = where(varies < DOUBT * size, varies, DOUBT * size) + sure
     low = where(_hull(g0, r0, g1, r1) > doubt, 0.0, 1.0)
     dips = where(r0 < sure, where(r1 > -sure, low, 0.0), 0.0)
-    is_far = _least(g0, g1) > (1.0 + SURE) * NEAR * size
+    is_far = _least(g0, g1) > (1.0 + _SURE) * NEAR * size
     # A force negative at the end, or NaN, always counts: the comparison is false for NaN. Far from
     # zero there is no event for any changes.
     return where(g1 >= 0.0, where(is_far, 0.0, dips), 1.0)
@@ -293,7 +293,7 @@ def _doubt_of_speed(g0: Expression, r0: Expression, g1: Expression, r1: Expressi
 
     The arguments are those of ``_doubt_of_force``; a speed's rate is exact.
     """
-    sure = SURE * (abs(r0) + abs(r1) + _least(abs(g0), abs(g1)))
+    sure = _SURE * (abs(r0) + abs(r1) + _least(abs(g0), abs(g1)))
     low = where(_hull(g0, r0, g1, r1) > sure, 0.0, 1.0)
     dips = where(r0 < 0.0, where(r1 > 0.0, low, 0.0), 0.0)
     return where(g1 > 0.0, dips, 1.0)

@@ -245,7 +245,7 @@ def unwind(run: Run) -> bool:
 
 def normalise(state: Floats, first: int) -> bool:
     """Normalise the quaternion at index ``first``; return whether it changed."""
-    square = square_of_quaternion(state, first)
+    square = _square_of_quaternion(state, first)
     if abs(square - 1.0) <= DRIFT:
         return False
     scale = 1.0 / math.sqrt(square)
@@ -254,7 +254,7 @@ def normalise(state: Floats, first: int) -> bool:
     return True
 
 
-def square_of_quaternion(state: Floats, first: int) -> float:
+def _square_of_quaternion(state: Floats, first: int) -> float:
     """Return the squared norm of the quaternion at index ``first``."""
     square = 0.0
     for j in range(first, first + 4):
@@ -262,7 +262,7 @@ def square_of_quaternion(state: Floats, first: int) -> float:
     return square
 
 
-def is_beyond_a_turn(angle: float) -> bool:
+def _is_beyond_a_turn(angle: float) -> bool:
     """Return whether an angle [rad] contains a whole turn."""
     return abs(angle) > 2.0 * math.pi
 
@@ -273,7 +273,7 @@ def take_out_turns(state: Floats, at: int, discrete: IntegerTable, i: int) -> bo
     The angle is then in -2 pi .. 2 pi. All turns are removed at once: a state from outside may have
     any number of them.
     """
-    if not is_beyond_a_turn(state[at]):
+    if not _is_beyond_a_turn(state[at]):
         return False
     turns = int(state[at] / (2.0 * math.pi))
     state[at] = (state[at] - turns * (2.0 * math.pi)) - turns * TWO_PI_REST

@@ -53,7 +53,7 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
         # Simplified Newton: the Jacobian costs far more than a slope, and the start is so close
         # that an old one converges nearly as fast.
         if k % KEPT == 0:
-            differentiate(work, run)
+            _differentiate(work, run)
         for i in range(states):
             for j in range(states):
                 equations[i, j] = -reach * work.jacobian[i, j]
@@ -63,7 +63,7 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
         # Deck and balls are tested separately: their states differ by orders of magnitude.
         balls = run.balls.first_angle
         change = max(
-            share_changed(work, reach, 0, balls), share_changed(work, reach, balls, states)
+            _share_changed(work, reach, 0, balls), _share_changed(work, reach, balls, states)
         )
         for j in range(states):
             d[j] += equations[j, states]
@@ -79,7 +79,7 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
         past[j] = (d[j] / (af * length) - (1.0 - gamma) * past[j]) / gamma
 
 
-def differentiate(work: ImplicitWork, run: Run) -> None:
+def _differentiate(work: ImplicitWork, run: Run) -> None:
     """Compute the Jacobian at the trial state and its time, several columns at once."""
     states, lanes, first = run.state.size, work.along.shape[1], 0
     while first < states:
@@ -94,7 +94,7 @@ def differentiate(work: ImplicitWork, run: Run) -> None:
         first += lanes
 
 
-def share_changed(work: ImplicitWork, reach: float, first: int, end: int) -> float:
+def _share_changed(work: ImplicitWork, reach: float, first: int, end: int) -> float:
     """Return the largest correction of some states, relative to their largest change in the step.
 
     Both maxima are over the states from ``first`` to before ``end``. Single states are not

@@ -74,41 +74,41 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
     c, b, times = runs.c, runs.b, runs.times
     for s in range(plan.rows.shape[0]):
         enter(runs, plan, s)
-        # ``enter_alone`` checks the branches at the time END, which is the row's begin at first.
+        # ``_enter_alone`` checks the branches at the time END, which is the row's begin at first.
         for lane in range(LANES):
             if times[TAKEN, lane] > 0.0:
                 times[END, lane] = times[BEGIN, lane]
-        enter_alone(all_runs)
+        _enter_alone(all_runs)
         for k in range(plan.rows[s, STEPS]):
             put_times(runs, plan, s, k)
             call(runs.step, c, b, times, runs.state, runs.slopes, runs.trial)
             # All runs try the step as if there were no event. Only those in which an event is
             # possible repeat it alone, so that the common case stays vectorised.
-            mark_possible_events(all_runs)
-            if is_any(all_runs.suspected):
-                step_alone(all_runs)
+            _mark_possible_events(all_runs)
+            if _is_any(all_runs.suspected):
+                _step_alone(all_runs)
             settle(runs)
             # Without contact, ``event_test`` keeps the values at the step's end in ``seen``.
             if all_runs.has_contact:
-                reuse_step_ends(all_runs)
-            if is_any(all_runs.took_alone) or is_any(runs.status[MOVED]):
+                _reuse_step_ends(all_runs)
+            if _is_any(all_runs.took_alone) or _is_any(runs.status[MOVED]):
                 join(all_runs)
             recorded(runs, plan, samples, s, k)
 
 
-def enter_alone(all_runs: LanesOverEvents) -> None:
+def _enter_alone(all_runs: LanesOverEvents) -> None:
     """Prepare the single copy of each running lane for the next row of the plan."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        if is_going(runs, lane):
+        if _is_going(runs, lane):
             for j in range(runs.place, run.scene.c.size):
                 run.scene.c[j] = runs.c[j, lane]
-            recheck_branches(runs, run, lane)
+            _recheck_branches(runs, run, lane)
         lane += 1
-    update_event_test(all_runs)
+    _update_event_test(all_runs)
 
 
-def mark_possible_events(all_runs: LanesOverEvents) -> None:
+def _mark_possible_events(all_runs: LanesOverEvents) -> None:
     """Mark the runs that may have an event in the trial step."""
     runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
@@ -120,12 +120,12 @@ def mark_possible_events(all_runs: LanesOverEvents) -> None:
     lane = 0
     for run in all_runs.one:
         all_runs.suspected[lane] = 0.0
-        if is_going(runs, lane) and may_have_event_alone(all_runs, run, lane):
+        if _is_going(runs, lane) and _may_have_event_alone(all_runs, run, lane):
             all_runs.suspected[lane] = 1.0
         lane += 1
 
 
-def update_event_test(all_runs: LanesOverEvents) -> None:
+def _update_event_test(all_runs: LanesOverEvents) -> None:
     """Update the memory of ``event_test`` to the present states."""
     runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     if not all_runs.has_contact:
@@ -133,47 +133,47 @@ def update_event_test(all_runs: LanesOverEvents) -> None:
         call(all_runs.event_test, c, b, now, state, slopes, all_runs.seen, all_runs.suspected)
 
 
-def is_going(runs: LaneRuns, lane: int) -> bool:
+def _is_going(runs: LaneRuns, lane: int) -> bool:
     """Return whether a run takes the current step."""
     return runs.times[TAKEN, lane] > 0.0 and runs.status[SOUND, lane] != 0.0
 
 
-def may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool:
+def _may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool:
     """Return whether one run may have an event in its step, from its values at the step's end."""
     balls, work, times = run.balls, run.work, all_runs.lanes.times
-    take_out(work.trial, all_runs.lanes.trial, lane)
-    take_out(work.slope_ahead, all_runs.lanes.slopes, lane)
-    take_out(balls.x, all_runs.x, lane)
-    take_out(balls.motor, all_runs.motor, lane)
+    _take_out(work.trial, all_runs.lanes.trial, lane)
+    _take_out(work.slope_ahead, all_runs.lanes.slopes, lane)
+    _take_out(balls.x, all_runs.x, lane)
+    _take_out(balls.motor, all_runs.motor, lane)
     for line in range(balls.table.shape[0]):
-        take_out(balls.table[line], all_runs.table[line], lane)
+        _take_out(balls.table[line], all_runs.table[line], lane)
     put_functions_at_end(run)
     return may_have_event(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
 
 
-def step_alone(all_runs: LanesOverEvents) -> None:
+def _step_alone(all_runs: LanesOverEvents) -> None:
     """Repeat the step with each run that may have an event in it."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        if all_runs.suspected[lane] != 0.0 and is_going(runs, lane):
+        if all_runs.suspected[lane] != 0.0 and _is_going(runs, lane):
             if not all_runs.has_contact:
-                evaluate_at_step_ends(runs, run, lane)
-            is_resolved = step_of_one(runs, run, lane)
+                _evaluate_at_step_ends(runs, run, lane)
+            is_resolved = _step_of_one(runs, run, lane)
             all_runs.took_alone[lane] = 1.0 if is_resolved else 2.0
         lane += 1
 
 
-def evaluate_at_step_ends(runs: LaneRuns, run: Run, lane: int) -> None:
+def _evaluate_at_step_ends(runs: LaneRuns, run: Run, lane: int) -> None:
     """Evaluate one run's event functions at both ends of the step tried in the lanes."""
     work = run.work
-    copy_from_lanes(runs, run, lane)
+    _copy_from_lanes(runs, run, lane)
     evaluate(run, runs.times[BEGIN, lane], run.state, work.slope)
     evaluate_at_start(run)
-    take_out(work.trial, runs.trial, lane)
+    _take_out(work.trial, runs.trial, lane)
     evaluate_at_end(run, runs.times[END, lane])
 
 
-def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
+def _step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
     """Take one run's step alone, cut at its events, and copy the result into the lanes.
 
     Returns:
@@ -181,9 +181,9 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
     """
     work, times = run.work, runs.times
     is_resolved = cut_at_events(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
-    put_in(runs.trial, work.trial, lane)
-    put_in(runs.slopes, work.slope_ahead, lane)
-    put_in(runs.b, run.balls.branches, lane)
+    _put_in(runs.trial, work.trial, lane)
+    _put_in(runs.slopes, work.slope_ahead, lane)
+    _put_in(runs.b, run.balls.branches, lane)
     return is_resolved
 
 
@@ -195,14 +195,14 @@ def join(all_runs: LanesOverEvents) -> None:
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         doubtful = all_runs.took_alone[lane] == 2.0 or runs.status[MOVED, lane] != 0.0
-        if doubtful and is_going(runs, lane):
-            recheck_branches(runs, run, lane)
+        if doubtful and _is_going(runs, lane):
+            _recheck_branches(runs, run, lane)
         all_runs.took_alone[lane] = 0.0
         lane += 1
-    update_event_test(all_runs)
+    _update_event_test(all_runs)
 
 
-def is_any(flags: Floats) -> bool:
+def _is_any(flags: Floats) -> bool:
     """Return whether any run's flag is nonzero."""
     total = 0.0
     for lane in range(LANES):
@@ -210,42 +210,42 @@ def is_any(flags: Floats) -> bool:
     return total != 0.0
 
 
-def recheck_branches(runs: LaneRuns, run: Run, lane: int) -> None:
+def _recheck_branches(runs: LaneRuns, run: Run, lane: int) -> None:
     """Check one run's branches, as a single run does before its first step."""
-    copy_from_lanes(runs, run, lane)
+    _copy_from_lanes(runs, run, lane)
     put_branches(run.balls)
     time = runs.times[END, lane]
     evaluate(run, time, run.state, run.work.slope)
     check_branches(run, time)
-    put_in(runs.state, run.state, lane)
-    put_in(runs.slopes, run.work.slope, lane)
-    put_in(runs.b, run.balls.branches, lane)
+    _put_in(runs.state, run.state, lane)
+    _put_in(runs.slopes, run.work.slope, lane)
+    _put_in(runs.b, run.balls.branches, lane)
 
 
-def copy_from_lanes(runs: LaneRuns, run: Run, lane: int) -> None:
+def _copy_from_lanes(runs: LaneRuns, run: Run, lane: int) -> None:
     """Copy one run's state and turns from the lanes."""
-    take_out(run.state, runs.state, lane)
+    _take_out(run.state, runs.state, lane)
     for i in range(runs.turns.shape[0]):
         run.balls.discrete[i, TURNS] = int(runs.turns[i, lane])
 
 
-def take_out(values: Floats, table: Table, lane: int) -> None:
+def _take_out(values: Floats, table: Table, lane: int) -> None:
     """Copy a lane of a table, shape (numbers, 8), to ``values``."""
     for j in range(values.size):
         values[j] = table[j, lane]
 
 
-def put_in(table: Table, values: Floats, lane: int) -> None:
+def _put_in(table: Table, values: Floats, lane: int) -> None:
     """Copy ``values`` to a lane of a table, shape (numbers, 8)."""
     for j in range(values.size):
         table[j, lane] = values[j]
 
 
-def reuse_step_ends(all_runs: LanesOverEvents) -> None:
+def _reuse_step_ends(all_runs: LanesOverEvents) -> None:
     """Reuse the values at the end of each run's step as those at the start of its next step."""
     lane = 0
     for run in all_runs.one:
-        if is_going(all_runs.lanes, lane) and all_runs.took_alone[lane] != 2.0:
+        if _is_going(all_runs.lanes, lane) and all_runs.took_alone[lane] != 2.0:
             for j in range(run.state.size):
                 run.state[j] = run.work.trial[j]
             take_over_end(run.work)

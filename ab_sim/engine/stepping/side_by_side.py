@@ -15,7 +15,7 @@ last part completes a step, which is then recorded, else 0."""
 START, OFFSET, LENGTH = 0, 1, 2
 """Lines of the times of a row [s]: beginning of its segment of the schedule; its own beginning
 within its step; length of each of its steps or parts, 0 where a run has no further part."""
-BEGIN, TAKEN, END, ON_PROFILE = 0, 1, 2, 3
+BEGIN, TAKEN, END, _ON_PROFILE = 0, 1, 2, 3
 """Lines of ``LaneRuns.times`` [s]: beginning, length and end of a step, and the time at which the
 profile is evaluated for its sample."""
 
@@ -147,7 +147,7 @@ def put_times(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
                 times[END, lane] = local_time(runs, plan, s, k + 1, lane)
             else:
                 times[END, lane] = times[BEGIN, lane] + length
-            times[ON_PROFILE, lane] = first * runs.step_length - plan.times[s, START, lane]
+            times[_ON_PROFILE, lane] = first * runs.step_length - plan.times[s, START, lane]
 
 
 def settle(runs: LaneRuns) -> None:
@@ -177,11 +177,11 @@ def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: in
         return False
     at, turns = runs.times[END:], runs.turns
     call(runs.finish, runs.c, runs.b, at, runs.state, runs.slopes, turns, runs.row)
-    put_sample(runs, samples, steps)
+    _put_sample(runs, samples, steps)
     return True
 
 
-def put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:
+def _put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:
     """Write the current row as each run's sample after ``steps`` steps."""
     first = (steps // runs.every - 1) * samples.sample
     for lane in range(LANES):

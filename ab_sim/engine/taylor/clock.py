@@ -52,7 +52,7 @@ INPUTS = (*CLOCK[:2], *(f"clock.{name}" for name in CLOCK[2:]))
 """Names of the lines as inputs. The equations use the first two. The others have a prefix, because
 all functions of a kind of scene share one graph, in which e.g. ``until`` is taken."""
 LOCAL, PROFILE, BEGIN, TO, RESTART, END, UNTIL = range(7)
-START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
+START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, _DUE, NEXT = range(7, 15)
 LOG_TOLERANCE, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
 SOUND, SOUND_STEPS, COUNT_DUE, COUNT_LEFT = range(4)
 STATUS_LINES = 4
@@ -114,7 +114,7 @@ def due_samples(clock: ClockLines) -> DueSamples:
         LOCAL: local,
         PROFILE: profile,
         TAKEN: taken,
-        DUE: due,
+        _DUE: due,
         NEXT: where(is_due, where(has_step, ahead, local), clock[NEXT]),
         TO: where(is_left - due > 0.5, clock[END], clock[BEGIN]),
     }
@@ -125,8 +125,8 @@ def soundness(
     clock: ClockLines, sound: Expression, steps: Expression, inside: Expression
 ) -> dict[int, Expression]:
     """Return the new lines of ``status`` at a sample; ``inside`` is 1 within the bounds, else 0."""
-    still = where(clock[DUE] > 0.5, sound * inside, sound)
-    return {SOUND: still, SOUND_STEPS: steps + clock[DUE] * clock[ENDS_STEPS] * still}
+    still = where(clock[_DUE] > 0.5, sound * inside, sound)
+    return {SOUND: still, SOUND_STEPS: steps + clock[_DUE] * clock[ENDS_STEPS] * still}
 
 
 def end_of_step(clock: ClockLines, length: Expression) -> Expression:
@@ -141,5 +141,5 @@ def recorded(clock: ClockLines) -> tuple[Expression, Expression, Expression]:
     steps = clock[FIRST] + clock[TAKEN]
     # Adding and subtracting ROUND rounds to a whole number, in lanes without a function call.
     which = (steps / clock[EVERY] + ROUND) - ROUND
-    is_one = clock[DUE] * clock.flag(abs(which * clock[EVERY] - steps) < 0.5)
+    is_one = clock[_DUE] * clock.flag(abs(which * clock[EVERY] - steps) < 0.5)
     return is_one, clock[WHERE] + (which - 1.0) * clock[STRIDE], steps

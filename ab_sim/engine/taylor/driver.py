@@ -49,7 +49,7 @@ from ab_sim.engine.taylor.clock import (
 )
 from ab_sim.model.dynamics.system import TURNS
 
-VALID, BEGAN, STATE = 0, 1, 2
+_VALID, _BEGAN, STATE = 0, 1, 2
 """Indices in ``Workspace.memory``: flag, 1 if the memory is valid; beginning of the step [s]; the
 first number of the state there, followed by the turns removed from it."""
 
@@ -112,15 +112,15 @@ def renew(runs: TaylorRuns) -> None:
     keeps its step gets the same series again: all lanes compute, as SIMD code has no branches.
     """
     call(runs.move, runs.c, runs.b, runs.clock, runs.series, runs.state, runs.y, runs.turns)
-    expand(runs)
+    _expand(runs)
 
 
-def expand(runs: TaylorRuns) -> None:
+def _expand(runs: TaylorRuns) -> None:
     """Compute the series of each run at its step's beginning, and the step's end."""
     call(runs.coefficients, runs.c, runs.b, runs.clock, runs.y, runs.series)
 
 
-def set_first_sample(runs: TaylorRuns, lane: int) -> None:
+def _set_first_sample(runs: TaylorRuns, lane: int) -> None:
     """Set the time of the first sample of a run's range, as in ``fixed_step.time_after``.
 
     A run without a step in the range keeps its current sample.
@@ -136,7 +136,7 @@ def set_first_sample(runs: TaylorRuns, lane: int) -> None:
         clock[NEXT, lane] = first * step - clock[START, lane] + clock[OFFSET, lane] + length
 
 
-def next_samples(runs: TaylorRuns, row: Floats) -> bool:
+def _next_samples(runs: TaylorRuns, row: Floats) -> bool:
     """Compute state and row at the next sample of each run that has one in its current step.
 
     Args:
@@ -178,7 +178,7 @@ def advance_by_taylor(
         here, count = steps_in(step_plan[at], first + done, steps - done)
         if count > 0:
             begin(one, step_range, step_plan[at, step_plan.shape[1] - PLACE_UNTIL], count)
-            taken = take_range(one, samples[done : samples.shape[0]], count)
+            taken = _take_range(one, samples[done : samples.shape[0]], count)
         else:
             taken = step_by_step(run, step_range, samples, 0)
         sound = taken == count
@@ -204,7 +204,7 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
     clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset
     clock[LENGTH, 0], clock[UNTIL, 0] = step_range.length, until
     clock[FIRST, 0], clock[COUNT, 0] = float(step_range.first), float(count)
-    if memory[0, VALID] == 0.0:
+    if memory[0, _VALID] == 0.0:
         for j in range(run.state.size):
             lane_runs.state[j, 0] = run.state[j]
         for i in range(balls.number):
@@ -214,17 +214,17 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
     else:
         # Memory has the step's begin and the state there, but no series. The same state gives the
         # same series to the last bit.
-        clock[BEGIN, 0] = memory[0, BEGAN]
-        expand(lane_runs)
+        clock[BEGIN, 0] = memory[0, _BEGAN]
+        _expand(lane_runs)
     clock[LOCAL, 0] = clock[BEGIN, 0]
-    set_first_sample(lane_runs, 0)
+    _set_first_sample(lane_runs, 0)
 
 
-def take_range(one: TaylorRun, samples: Table, count: int) -> int:
+def _take_range(one: TaylorRun, samples: Table, count: int) -> int:
     """Take the steps of a range; return their number, fewer if the state left its bounds."""
     run, lane_runs, balls = one.run, one.arrays, one.run.balls
     for done in range(count):
-        next_samples(lane_runs, samples[done, ANGLE:])
+        _next_samples(lane_runs, samples[done, ANGLE:])
         if lane_runs.status[SOUND, 0] == 0.0:
             lane_runs.status[SOUND, 0] = 1.0
             for j in range(run.state.size):
@@ -234,7 +234,7 @@ def take_range(one: TaylorRun, samples: Table, count: int) -> int:
             run.state[j] = lane_runs.state[j, 0]
         for i in range(balls.number):
             balls.discrete[i, TURNS] = int(lane_runs.turns[i, 0])
-    run.work.memory[0, VALID], run.work.memory[0, BEGAN] = 1.0, lane_runs.clock[BEGIN, 0]
+    run.work.memory[0, _VALID], run.work.memory[0, _BEGAN] = 1.0, lane_runs.clock[BEGIN, 0]
     return count
 
 
@@ -251,7 +251,7 @@ def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: La
         clock[STRIDE, lane] = float(samples.sample)
     for s in range(plan.rows.shape[0]):
         enter(runs, plan, s)
-        while next_samples(runs, runs.row[0]):
+        while _next_samples(runs, runs.row[0]):
             if plan.rows[s, lanes.FINISHES] != 0:
                 record(runs, samples)
 
@@ -288,7 +288,7 @@ def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
         clock[FIRST, lane] = float(plan.rows[s, lanes.FIRST])
         steps = plan.rows[s, lanes.STEPS] if length > 0.0 else plan.rows[s, lanes.FINISHES]
         clock[COUNT, lane] = float(steps)
-        set_first_sample(runs, lane)
+        _set_first_sample(runs, lane)
     if any_restart:
         call(runs.prepare, runs.c)
         renew(runs)

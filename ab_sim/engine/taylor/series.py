@@ -41,7 +41,7 @@ def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
     return coefficients_of
 
 
-MM = 1e-3
+_MM = 1e-3
 """Millimetre [m]."""
 
 
@@ -57,7 +57,7 @@ def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: 
         k: order of the coefficient.
     """
     n = model.count
-    length = n / over_balls(n, model.balls.race_curvature) if n else MM
+    length = n / over_balls(n, model.balls.race_curvature) if n else _MM
     # At speed 0 only displacements and rotations have a scale other than 0.
     scales = model.deck.scale(length, 0.0)
     angles = coefficients[model.states][k]

@@ -36,9 +36,9 @@ By name in ``BallConstants``: name in C, column of ``System.balls``, unit, meani
 """
 
 
-NOT_NEGATIVE = ("kg", "N/m", "N s/m")
+_NOT_NEGATIVE = ("kg", "N/m", "N s/m")
 """Units of quantities that must not be negative: masses, springs and dampers."""
-RADII = ("ball_radius", "race_radius")
+_RADII = ("ball_radius", "race_radius")
 """Names of radii in C, which must not be negative either."""
 
 
@@ -75,7 +75,7 @@ class DriveParameter(NamedTuple):
 
     def minimum(self, unit: str) -> float | None:
         """Return the lower bound of a number with a unit; None if there is none."""
-        return 0.0 if unit in NOT_NEGATIVE or self.name in RADII else self.least
+        return 0.0 if unit in _NOT_NEGATIVE or self.name in _RADII else self.least
 
 
 def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
@@ -84,7 +84,7 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
     for name, value in zip(deck._fields, deck, strict=True):
         inputs = tuple(input_ for input_, _ in flattened(value, f".0.{name}"))
         if inputs:  # a count or a choice has no inputs
-            parameters.append(_of_deck(docstrings_of(type(deck))[name], name, value, inputs))
+            parameters.append(_of_deck(_docstrings_of(type(deck))[name], name, value, inputs))
     for k, (name, effect) in enumerate(scene.effects.items()):
         described = effect_parameters(type(effect))
         for field, value in zip(effect._fields, effect, strict=True):
@@ -125,7 +125,7 @@ def _of_deck(about: str, name: str, value: Any, inputs: tuple[str, ...]) -> Driv
     return DriveParameter(name, unit[1] if unit else "1", meaning, values, inputs)
 
 
-def docstrings_of(kind: type[Any]) -> dict[str, str]:
+def _docstrings_of(kind: type[Any]) -> dict[str, str]:
     """Return the docstrings of a class's fields.
 
     One docstring may document several fields before it.
@@ -202,14 +202,14 @@ def declared(parameters: Sequence[DriveParameter]) -> Iterator[str]:
 def initialised(parameters: Sequence[DriveParameter]) -> Iterator[str]:
     """Yield the initialisers of the fields of ``struct drive_parameters``."""
     for parameter in parameters:
-        yield f".{parameter.name} = {value_text(parameter.values)},"
+        yield f".{parameter.name} = {_value_text(parameter.values)},"
 
 
-def value_text(values: np.ndarray) -> str:
+def _value_text(values: np.ndarray) -> str:
     """Return an array as a C initialiser, with braces around each axis."""
     if values.ndim == 0:
         return number_text(float(values))
-    return "{" + ", ".join(value_text(part) for part in values) + "}"
+    return "{" + ", ".join(_value_text(part) for part in values) + "}"
 
 
 def number_text(value: float) -> str:
@@ -294,4 +294,4 @@ def sensor_rows(
         every = steps_per_sample(sensor.sample_rate, step)
         chain = [*map(c_literal, map(float, numbers)), str(every)]
         chain += map(c_literal, low_pass_of(sensor, step))
-        yield "{" + ", ".join(chain) + f", {value_text(starts[name])}}}, /* {name} */"
+        yield "{" + ", ".join(chain) + f", {_value_text(starts[name])}}}, /* {name} */"

@@ -23,9 +23,9 @@ from ab_sim.export.c_code.sources import DriveSources
 from ab_sim.export.c_code.templates import filled, in_html, one_line
 from ab_sim.scene.model import Scene
 
-NEVER, EARLY, ALWAYS = range(3)
+NEVER, _EARLY, ALWAYS = range(3)
 """Times at which a variable may be set: never, until the FMU is initialized, always."""
-BASE_UNITS = {
+_BASE_UNITS = {
     "N": {"kg": 1, "m": 1, "s": -2},
     **{name: {name: 1} for name in ("kg", "m", "s", "rad")},
     "1": {},
@@ -40,14 +40,14 @@ class Variable(NamedTuple):
     place: str
     """Member of ``struct fmu_state`` in C."""
     settable: int
-    """Time at which it may be set: ``NEVER``, ``EARLY`` or ``ALWAYS``."""
+    """Time at which it may be set: ``NEVER``, ``_EARLY`` or ``ALWAYS``."""
     attributes: dict[str, str]
     """Attributes of its element in the model description."""
     unit: str = ""
     kind: str = "Float64"
 
 
-def variables_of(sources: DriveSources) -> list[Variable]:
+def _variables_of(sources: DriveSources) -> list[Variable]:
     """Return all variables of an FMU, in the order of their value references."""
     return [*_inputs(sources), *_outputs(sources)]
 
@@ -78,7 +78,7 @@ def _inputs(sources: DriveSources) -> Iterator[Variable]:
         "rad/s^2",
     )
     yield Variable(
-        *("follow_profile", "follow_profile", EARLY),
+        *("follow_profile", "follow_profile", _EARLY),
         {
             **tunable,
             "variability": "fixed",
@@ -89,7 +89,7 @@ def _inputs(sources: DriveSources) -> Iterator[Variable]:
     )
     for parameter in sources.parameters:
         kind = {**tunable, "variability": "fixed"} if parameter.is_start else tunable
-        when = EARLY if parameter.is_start else ALWAYS
+        when = _EARLY if parameter.is_start else ALWAYS
         for place, value, unit in parameter.places:
             about = {"description": one_line(parameter.meaning), "start": repr(value)}
             least = parameter.minimum(unit)
@@ -125,7 +125,7 @@ def _outputs(sources: DriveSources) -> Iterator[Variable]:
             yield variable(name, f"tilt[{k}]", "rad", about)
 
 
-def model_description(
+def _model_description(
     scene: Scene, variables: Sequence[Variable], identifier: str, token: str
 ) -> bytes:
     """Return the content of ``modelDescription.xml``.
@@ -179,7 +179,7 @@ def model_description(
     return _text(root)
 
 
-def build_description(identifier: str, files: Sequence[str]) -> bytes:
+def _build_description(identifier: str, files: Sequence[str]) -> bytes:
     """Return the content of ``sources/buildDescription.xml``, which lists the C files."""
     root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
@@ -206,9 +206,9 @@ def base_units(unit: str) -> dict[str, int] | None:
     for sign, part in zip((1, -1, 0), unit.split("/"), strict=False):
         for word in part.split():
             name, _, power = word.partition("^")
-            if name not in BASE_UNITS or sign == 0 or not (power or "1").isdigit():
+            if name not in _BASE_UNITS or sign == 0 or not (power or "1").isdigit():
                 return None
-            for base, exponent in BASE_UNITS[name].items():
+            for base, exponent in _BASE_UNITS[name].items():
                 exponents[base] += sign * exponent * int(power or 1)
     return {name: power for name, power in exponents.items() if power}
 
@@ -219,10 +219,10 @@ def _text(root: Xml.Element) -> bytes:
     return bytes(Xml.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
 
 
-HEADERS = files("ab_sim.export.c_code") / "fmi_headers"
+_HEADERS = files("ab_sim.export.c_code") / "fmi_headers"
 """Folder of the standard's headers (2-clause BSD licence)."""
-HEADER_NAMES = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
-EXTRA = "extra/org.fmi-standard"
+_HEADER_NAMES = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
+_EXTRA = "extra/org.fmi-standard"
 """Folder of the headers in an FMU, outside the sources, because importers have these headers."""
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
 _FUNCTION = re.compile(r"typedef\s+fmi3Status\s+(fmi3\w+)TYPE\s*\(([^;]*)\);")
@@ -252,7 +252,7 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     Raises:
         InputError: the C compiler fails.
     """
-    variables, machine = variables_of(sources), platform_tuple()
+    variables, machine = _variables_of(sources), _platform_tuple()
     drive = {name: sources.files[name] for name in ("drive.h", "drive.c")}
     token = "{" + hashlib.sha256("".join(drive.values()).encode()).hexdigest()[:32] + "}"
     values = {
@@ -275,10 +275,10 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     binary = _binary(renamed)
     documentation = filled("fmu.html", values | {"MADE_BY": in_html(values["MADE_BY"])}, flags)
     content = {
-        "modelDescription.xml": model_description(sources.scene, variables, identifier, token),
-        "sources/buildDescription.xml": build_description(identifier, ["drive.c", "fmu.c"]),
+        "modelDescription.xml": _model_description(sources.scene, variables, identifier, token),
+        "sources/buildDescription.xml": _build_description(identifier, ["drive.c", "fmu.c"]),
         **{f"sources/{name}": text.encode() for name, text in renamed.items()},
-        **{f"{EXTRA}/{name}": (HEADERS / name).read_bytes() for name in HEADER_NAMES},
+        **{f"{_EXTRA}/{name}": (_HEADERS / name).read_bytes() for name in _HEADER_NAMES},
         "documentation/index.html": documentation.encode(),
     }
     if binary is not None:
@@ -311,7 +311,7 @@ def identifier_of(name: str) -> str:
     return plain if re.match("[A-Za-z]", plain) else f"drive_{plain}"
 
 
-def platform_tuple() -> str:
+def _platform_tuple() -> str:
     """Return this machine's platform tuple of FMI."""
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
         platform.machine().lower(), platform.machine().lower()
@@ -334,7 +334,7 @@ def _least(variable: Variable) -> str:
 
 def _unsupported(text: str) -> Iterator[str]:
     """Yield a function that fails for each function of the standard that the text lacks."""
-    for name, arguments in _FUNCTION.findall((HEADERS / HEADER_NAMES[1]).read_text()):
+    for name, arguments in _FUNCTION.findall((_HEADERS / _HEADER_NAMES[1]).read_text()):
         if f"\nfmi3Status {name}(" in text:
             continue
         parameters = [" ".join(one.split()) for one in arguments.split(",")]
@@ -360,8 +360,8 @@ def _binary(sources: dict[str, str]) -> bytes | None:
         folder = Path(name)
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
-        for file in HEADER_NAMES:
-            (folder / file).write_bytes((HEADERS / file).read_bytes())
+        for file in _HEADER_NAMES:
+            (folder / file).write_bytes((_HEADERS / file).read_bytes())
         words = [compiler, *FLAGS, "drive.c", "fmu.c", "-o", "fmu.so", "-lm"]
         result = subprocess.run(words, cwd=folder, capture_output=True, text=True)
         if result.returncode:

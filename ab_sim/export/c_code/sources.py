@@ -47,7 +47,7 @@ from ab_sim.scene.model import Scene
 from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
 
 
-def suitable(scene: Scene) -> tuple[System, Choice]:
+def _suitable(scene: Scene) -> tuple[System, Choice]:
     """Return a scene's system and stepper, if it can be converted to C.
 
     Args:
@@ -137,10 +137,10 @@ def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
 
 NAMES = ("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md")
 """Names of the files that are written."""
-README = NAMES[-1]
+_README = NAMES[-1]
 MARK = "Made by `ab-sim c`"
 """Mark in the first line of every written file; only files with this mark are replaced."""
-CHECKED = (500, 300, 200)
+_CHECKED = (500, 300, 200)
 """Numbers of steps after which states are compared: along the profile, then after two commands."""
 
 
@@ -187,9 +187,9 @@ def sources_of(scene: Scene) -> DriveSources:
     """Return a scene's drive as C99 files.
 
     Raises:
-        SceneError: the scene cannot be converted to C, see ``suitable``.
+        SceneError: the scene cannot be converted to C, see ``_suitable``.
     """
-    system, choice = suitable(scene)
+    system, choice = _suitable(scene)
     schedule = SpeedSchedule.of_scene(scene)
     channels = type(system.deck_model).CHANNELS
     parameters = parameters_of(scene, system)
@@ -200,8 +200,8 @@ def sources_of(scene: Scene) -> DriveSources:
     parts = _Content(scene, system, choice, schedule, used, equations, channels)
     values = _values(parts)
     flags = _flags(parts)
-    texts = {name: filled(name, values, flags) for name in NAMES if name != README}
-    texts[README] = filled(README, values | _in_readme(scene, values), flags)
+    texts = {name: filled(name, values, flags) for name in NAMES if name != _README}
+    texts[_README] = filled(_README, values | _in_readme(scene, values), flags)
     return DriveSources(
         texts, scene, tuple(used), tuple(channels), choice, values["MADE_BY"], values["TITLE"]
     )
@@ -338,7 +338,7 @@ def _expected(scene: Scene) -> str:
     """Return the rows of the table of ``drive_check.c``: states that ab_sim computes."""
     drive, rows = Drive(scene), []
     top = scene.spindle.max_speed
-    for steps, command in zip(CHECKED, (math.nan, 0.5 * top, 0.25 * top), strict=True):
+    for steps, command in zip(_CHECKED, (math.nan, 0.5 * top, 0.25 * top), strict=True):
         if not math.isnan(command):
             drive.command(command)
         drive.advance(steps)

@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from ab_sim.base.errors import visible
 
-TEMPLATES = files("ab_sim.export.c_code") / "template_files"
+_TEMPLATES = files("ab_sim.export.c_code") / "template_files"
 """Folder of the templates."""
 WIDTH = 96
 """Width of lines of comments."""
@@ -27,7 +27,7 @@ def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> s
         flags: flags by their names.
     """
     lines, keep = [], True
-    for line in (TEMPLATES / name).read_text(encoding="utf-8").splitlines():
+    for line in (_TEMPLATES / name).read_text(encoding="utf-8").splitlines():
         if line.startswith("@if "):
             keep = flags[line.removeprefix("@if ")]
         elif line == "@end":

@@ -135,7 +135,7 @@ METHODS: dict[str, EffectMethod] = {
 """Methods in the order of printing, by name."""
 
 
-OTHERS = frozenset({"check_scene"})
+_OTHERS = frozenset({"check_scene"})
 """Methods that are not formulas."""
 
 
@@ -218,7 +218,7 @@ def traced_method(effect: type[Any], name: str) -> TracedMethod:
 
 
 def _is_formula(effect: type[Any], name: str) -> bool:
-    if name.startswith("_") or name in OTHERS or hasattr(tuple, name):
+    if name.startswith("_") or name in _OTHERS or hasattr(tuple, name):
         return False
     return inspect.isfunction(inspect.getattr_static(effect, name))
 

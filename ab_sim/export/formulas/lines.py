@@ -9,7 +9,7 @@ from ab_sim.tracing.expression import Expression, Graph, Level, reachable_nodes
 from ab_sim.tracing.notations import GREEK, Latex, PlainText, latex_symbol
 from ab_sim.tracing.printed import Named, Printer
 
-KNOWN = {
+_KNOWN = {
     "w": r"\omega",
     "al": r"\dot{\omega}",
     "dl/dtheta": r"\frac{\mathrm{d}l}{\mathrm{d}\theta}",
@@ -19,7 +19,7 @@ KNOWN = {
 
 def in_latex(symbol: str) -> str:
     """Return the LaTeX of a symbol of plain text."""
-    return latex_symbol(symbol, KNOWN)
+    return latex_symbol(symbol, _KNOWN)
 
 
 class Symbols:
@@ -56,7 +56,7 @@ def symbol_of_field(name: str, description: str) -> str:
     return name
 
 
-def symbol_of_local(name: str, known_symbols: dict[str, str]) -> str:
+def _symbol_of_local(name: str, known_symbols: dict[str, str]) -> str:
     """Return a local variable's symbol: f_1 for ``f1``, v_x for ``vx``; others are unchanged."""
     if name in known_symbols:
         return known_symbols[name]
@@ -143,7 +143,7 @@ def _symbols(
     for name, node in locals_:
         if node.number in symbols:
             continue
-        symbol = symbol_of_local(name, known_symbols)
+        symbol = _symbol_of_local(name, known_symbols)
         if name in known_symbols or (symbol not in taken and node.number not in whole):
             symbols[node.number] = symbol
             taken.add(symbol)

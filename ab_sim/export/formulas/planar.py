@@ -23,7 +23,7 @@ from ab_sim.tracing.expression import Graph
 from ab_sim.tracing.functions import cos, sin
 from ab_sim.tracing.printed import Named, with_local_names
 
-NAMED = {
+_NAMED = {
     "load": "load",
     "along": "along",
     "b13": "b_13",
@@ -39,7 +39,7 @@ NAMED = {
     "N": "N",
 }
 """Symbols of the intermediate quantities that are named; others are written out."""
-EXPLAINED = frozenset({"h", "l"})
+_EXPLAINED = frozenset({"h", "l"})
 """Symbols that the formulas of effects define, so that they are not defined here."""
 
 
@@ -158,5 +158,5 @@ class _System:
         return self._lines(equations, [*self.named, Named("N", N)], before)
 
     def _lines(self, equations: list[Equation], named: list[Named], before: set[str]) -> Lines:
-        named_here = [one for one in named if one.name in NAMED]
-        return lines_of(equations, named_here, NAMED, EXPLAINED | before, always=True)
+        named_here = [one for one in named if one.name in _NAMED]
+        return lines_of(equations, named_here, _NAMED, _EXPLAINED | before, always=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 FARTHEST = 1e6
 """Largest sag [m]; a suspension that sags further counts as not holding the weight."""
-NO_WEIGHT = 1e-100
+_NO_WEIGHT = 1e-100
 """Weight below which there is no sag [N]: its square would underflow."""
 BALANCED = 1e-9
 """Largest residual of forces, relative to the weight."""
@@ -34,7 +34,7 @@ def place_at_rest(
     from scipy.optimize import approx_fprime, root  # takes as long as a run to import
 
     size = float(np.linalg.norm(weight))
-    if not size > NO_WEIGHT:
+    if not size > _NO_WEIGHT:
         return np.zeros(len(weight) + turns)
     down, reach = weight / size, 1e-9
     # Start at the distance over which the springs store the work of the weight.

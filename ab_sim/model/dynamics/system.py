@@ -10,7 +10,7 @@ from ab_sim.model.equations.motion import BallConstants
 from ab_sim.model.equations.sums import any_has, over_effects
 
 MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
-RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
+RACE_RADIUS, _RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
 """Columns of System.balls:
 
 - MASS: m_i [kg].
@@ -41,7 +41,7 @@ DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
 DISCRETE_COLUMNS = 4
 FORMULA_COLUMNS = (
     *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
-    *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
+    *(RACE_RADIUS, _RACE_CURVATURE, RACE_HEIGHT),
 )
 """Columns of System.balls, in the order of ``equations.motion.BallConstants``."""
 EVENTFUL = {
@@ -140,8 +140,8 @@ def has_spindle_angle(system: System) -> bool:
     return bool(type(system.deck_model).NEEDS_ANGLE or turned)
 
 
-MOTOR_NAMES = ("spindle angle", "spindle speed", "speed loop's integral")
-ENERGY_BALANCE_NAMES = ("motor work", "energy dissipated")
+_MOTOR_NAMES = ("spindle angle", "spindle speed", "speed loop's integral")
+_ENERGY_BALANCE_NAMES = ("motor work", "energy dissipated")
 
 
 class StateLayout(NamedTuple):
@@ -183,9 +183,9 @@ def _layout(deck_names: tuple[str, ...], n: int, motor: bool, energy_balance: bo
         slice(len(deck_names), len(deck_names) + n),
         slice(len(deck_names) + n, len(names)),
     )
-    names += MOTOR_NAMES if motor else ()
+    names += _MOTOR_NAMES if motor else ()
     spindle = slice(rates.stop, len(names))
-    names += ENERGY_BALANCE_NAMES if energy_balance else ()
+    names += _ENERGY_BALANCE_NAMES if energy_balance else ()
     return StateLayout(
         tuple(names),
         slice(0, len(deck_names)),

@@ -90,7 +90,7 @@ def solve(
             entry = arrow.block[min(r, q)][max(r, q)]
             reduced[r][q] = entry - over_balls(balls, arrow.coupling[r] * gain[q])
         force[r] = force[r] + over_balls(balls, arrow.coupling[r] * at_zero)
-    x = solve_dense(reduced, force)
+    x = _solve_dense(reduced, force)
     path = at_zero
     for r in range(free):
         path = path + gain[r] * x[r]
@@ -99,7 +99,7 @@ def solve(
     return Solved(x, path)
 
 
-def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> list[Number]:
+def _solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> list[Number]:
     """Solve ``matrix x = force`` for x, without pivoting, which mass matrices do not need.
 
     Args:

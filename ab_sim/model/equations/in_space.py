@@ -233,7 +233,7 @@ class InSpace(NamedTuple):
         turn = np.array(turn_of(state[3:7].tolist())).reshape(3, 3)
         velocity, omega = ordered_dot(turn.T, state[7:10]), np.array(state[10:13])
         shaft = np.array([0.0, 0.0, 1.0])
-        moments = turned_second_moments(self.rotor_second, cos(psi), sin(psi))
+        moments = _turned_second_moments(self.rotor_second, cos(psi), sin(psi))
         rotor = np.array([self.unbalance * cos(psi), self.unbalance * sin(psi), self.rotor_first_z])
         spinning = omega + speed * shaft
         square = ordered_dot(velocity, velocity)
@@ -277,7 +277,7 @@ def symmetric(six: Sequence[float]) -> np.ndarray:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def turned_second_moments(
+def _turned_second_moments(
     second_moments: Sequence[Number], c: Number, s: Number
 ) -> tuple[Number, ...]:
     """Return second moments on deck axes of a body that turns with the spindle.
@@ -306,7 +306,7 @@ def _deck_and_rotor(
     fx, fy, fz, tx, ty, tz = mount_forces(deck, effects, turn_of(state[3:7]), state)
     # The rotor at its present angle.
     rx, ry = deck.unbalance * c, deck.unbalance * s
-    pxx, pyy, pzz, pxy, pxz, pyz = turned_second_moments(deck.rotor_second, c, s)
+    pxx, pyy, pzz, pxy, pxz, pyz = _turned_second_moments(deck.rotor_second, c, s)
     sx, sy = deck.deck_first[0] + rx, deck.deck_first[1] + ry
     sz = deck.deck_first[2] + deck.rotor_first_z
     jxx, jyy, jzz, jxy, jxz, jyz = deck.deck_inertia

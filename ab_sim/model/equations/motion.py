@@ -156,11 +156,6 @@ def rate_change(on: OnRace, path_acceleration: Number) -> Number:
     return (path_acceleration - on.dl_dtheta * on.rate * on.rate) * on.curvature
 
 
-def path_acceleration(on: OnRace, rate_change: Number) -> Number:
-    """Return s'' [m/s^2] from theta'' [rad/s^2]."""
-    return on.curve * rate_change + on.dl_dtheta * on.rate * on.rate
-
-
 def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
     """Return the length along the race up to an angle [m]; only differences have a meaning."""
     return balls.race_radius * theta + over_effects(effects, "race_arc", 0.0, theta)

@@ -75,7 +75,7 @@ MOUNT_WIDTH = 18
 MOUNT_UNITS = ("m",) * 3 + ("N/m",) * 3 + ("N s/m",) * 3 + ("1",) * 9
 
 
-def at_mount(mount: Sequence[Number], turn: Turn, state: Sequence[Number]) -> tuple[Any, Any]:
+def _at_mount(mount: Sequence[Number], turn: Turn, state: Sequence[Number]) -> tuple[Any, Any]:
     """Return displacement [m] and velocity [m/s] of the deck at a mount, along the mount's axes."""
     place, omega = mount[PLACE:STIFFNESS], state[10:13]
     there = to_ground(turn, *place)
@@ -91,7 +91,7 @@ def mount_forces(
     """Return the mounts' force on the deck [N], and its moment about C [N m], on deck axes."""
     force, moment = [0.0] * 3, [0.0] * 3
     for mount in deck.mounts:
-        moved, velocity = at_mount(mount, turn, state)
+        moved, velocity = _at_mount(mount, turn, state)
         stiffening = 0.0
         if any_has(effects, "mount_stiffening"):
             square = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2]
@@ -100,7 +100,7 @@ def mount_forces(
             -(mount[STIFFNESS + k] + stiffening) * moved[k] - mount[DAMPING + k] * velocity[k]
             for k in range(3)
         ]
-        ground = [sum_of(mount[AXES + 3 * k + j] * pulls[k] for k in range(3)) for j in range(3)]
+        ground = [_sum_of(mount[AXES + 3 * k + j] * pulls[k] for k in range(3)) for j in range(3)]
         on_deck = to_deck(turn, *ground)
         force = [f + g for f, g in zip(force, on_deck, strict=True)]
         arm = cross(mount[PLACE:STIFFNESS], on_deck)
@@ -112,7 +112,7 @@ def mount_loss(deck: Any, turn: Turn, state: Sequence[Number]) -> Number:
     """Return the power that all mounts dissipate [W]."""
     loss = 0.0
     for mount in deck.mounts:
-        _, velocity = at_mount(mount, turn, state)
+        _, velocity = _at_mount(mount, turn, state)
         for k in range(3):
             loss = loss + mount[DAMPING + k] * velocity[k] * velocity[k]
     return loss
@@ -122,7 +122,7 @@ def mount_energy(deck: Any, effects: Any, turn: Turn, state: Sequence[Number]) -
     """Return the energy stored in all mounts [J]."""
     energy = 0.0
     for mount in deck.mounts:
-        moved, _ = at_mount(mount, turn, state)
+        moved, _ = _at_mount(mount, turn, state)
         for k in range(3):
             energy = energy + 0.5 * mount[STIFFNESS + k] * moved[k] * moved[k]
         square = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2]
@@ -130,7 +130,7 @@ def mount_energy(deck: Any, effects: Any, turn: Turn, state: Sequence[Number]) -
     return energy
 
 
-def sum_of(terms: Any) -> Number:
+def _sum_of(terms: Any) -> Number:
     """Return the sum of numbers from left to right, without an initial zero."""
     first, *others = terms
     for term in others:
@@ -140,4 +140,4 @@ def sum_of(terms: Any) -> Number:
 
 def _along_axes(mount: Sequence[Number], vector: Sequence[Number]) -> list[Number]:
     """Return the components of a vector on the ground's axes along the axes of a mount."""
-    return [sum_of(mount[AXES + 3 * k + j] * vector[j] for j in range(3)) for k in range(3)]
+    return [_sum_of(mount[AXES + 3 * k + j] * vector[j] for j in range(3)) for k in range(3)]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ab_sim.scene.model import Scene
 
 
-def race_length(
+def _race_length(
     radius: float, behind: float, ahead: float, arc_behind: float, arc_ahead: float
 ) -> float:
     """Return the length of the race between two angles [m].
@@ -187,8 +187,8 @@ def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:
 
 
 def _length(scene: "Scene", behind: float, ahead: float) -> float:
-    """Return the length of a scene's race between two angles [rad], see ``race_length`` [m]."""
-    return race_length(
+    """Return the length of a scene's race between two angles [rad], see ``_race_length`` [m]."""
+    return _race_length(
         scene.race.radius, behind, ahead, _race_arc(scene, behind), _race_arc(scene, ahead)
     )
 

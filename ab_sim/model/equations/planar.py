@@ -94,7 +94,7 @@ class Planar(NamedTuple):
 
     def free_force(self, effects: Any, spindle: SpindleMotion, state: State) -> list[Number]:
         """Return the force on the deck without the balls' reaction, on the rotor's axes [N]."""
-        f1, f2 = suspension_force(self, effects, spindle, state)
+        f1, f2 = _suspension_force(self, effects, spindle, state)
         return [f1 + self.unbalance * (spindle.speed * spindle.speed), f2]
 
     def ball_moment(self, on: OnRace) -> list[Number]:
@@ -107,7 +107,7 @@ class Planar(NamedTuple):
         """Return the rates of change of the deck's states, from the accelerations x."""
         u1, u2, v1, v2 = state
         w = spindle.speed
-        g1, g2 = gravity_on_rotating_axes(effects, spindle)
+        g1, g2 = _gravity_on_rotating_axes(effects, spindle)
         return [v1 + w * u2, v2 - w * u1, x[0] + g1 + w * v2, x[1] + g2 - w * v1]
 
     def channels(
@@ -121,7 +121,7 @@ class Planar(NamedTuple):
             state: the state.
             x: the accelerations.
         """
-        g1, g2 = gravity_on_rotating_axes(effects, spindle)
+        g1, g2 = _gravity_on_rotating_axes(effects, spindle)
         pairs = (state[0], state[1]), (state[2], state[3]), (x[0] + g1, x[1] + g2)
         return [number for pair in pairs for number in on_fixed_axes(spindle, *pair)]
 
@@ -187,9 +187,9 @@ class Planar(NamedTuple):
             SpindleMotion(speed, 0.0, cos(psi), sin(psi), 0.0, 0.0),
         )
         u1, u2, v1, v2 = (float(x) for x in state[:4])
-        sag_1, sag_2 = on_rotating_axes(spindle, self.sag_x, self.sag_y)
+        sag_1, sag_2 = _on_rotating_axes(spindle, self.sag_x, self.sag_y)
         u1, u2 = u1 + sag_1, u2 + sag_2
-        g1, g2 = gravity_on_rotating_axes(effects, spindle)
+        g1, g2 = _gravity_on_rotating_axes(effects, spindle)
         rest = self.total_mass - float(np.sum(balls.mass))
         energy = 0.5 * rest * (v1**2 + v2**2)
         energy += 0.5 * over_effects(effects, "rotor_moment", 0.0) * w * w
@@ -218,31 +218,33 @@ def on_fixed_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Num
     return c * one - s * two, s * one + c * two
 
 
-def on_rotating_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
+def _on_rotating_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
     """Return a vector on the rotor's axes, from its components on fixed axes."""
     c, s = spindle.cos, spindle.sin
     return c * one + s * two, c * two - s * one
 
 
-def gravity_on_rotating_axes(effects: Any, spindle: SpindleMotion) -> tuple[Number, Number]:
+def _gravity_on_rotating_axes(effects: Any, spindle: SpindleMotion) -> tuple[Number, Number]:
     """Return gravity across the shaft on rotating axes [m/s^2]."""
     if not any_has(effects, "gravity"):
         return 0.0, 0.0
-    return on_rotating_axes(spindle, *over_effects(effects, "gravity", (0.0, 0.0)))
+    return _on_rotating_axes(spindle, *over_effects(effects, "gravity", (0.0, 0.0)))
 
 
-def suspension_force(
+def _suspension_force(
     deck: Any, effects: Any, spindle: SpindleMotion, state: State
 ) -> tuple[Number, Number]:
     """Return the force of the suspension on the deck, on the rotor's axes [N]."""
     u1, u2, v1, v2 = state
     if any_has(effects, "gravity"):
         # The state counts from the position at rest, the springs from their free length.
-        sag_1, sag_2 = on_rotating_axes(spindle, deck.sag_x, deck.sag_y)
+        sag_1, sag_2 = _on_rotating_axes(spindle, deck.sag_x, deck.sag_y)
         u1, u2 = u1 + sag_1, u2 + sag_2
     f1, f2 = over_effects(effects, "deck_force", (0.0, 0.0), DeckMotion(u1, u2, v1, v2))
     if any_has(effects, "space_force"):
         fixed = DeckMotion(*on_fixed_axes(spindle, u1, u2), *on_fixed_axes(spindle, v1, v2))
-        across = on_rotating_axes(spindle, *over_effects(effects, "space_force", (0.0, 0.0), fixed))
+        across = _on_rotating_axes(
+            spindle, *over_effects(effects, "space_force", (0.0, 0.0), fixed)
+        )
         f1, f2 = f1 + across[0], f2 + across[1]
     return f1, f2

@@ -98,10 +98,10 @@ def _as_float(name: str, value: float, unit: str) -> float:
         raise CommandError(f"{name} = {short(value)}: must be a number [{unit}]") from error
 
 
-NANOSECOND = 1e-9
-SAME_SPEED = 1e-9
+_NANOSECOND = 1e-9
+_SAME_SPEED = 1e-9
 """Relative difference below which two speeds are taken as equal apart from rounding."""
-SHAPE_POINTS, SHAPE_STEP = 1000, 1e-3
+_SHAPE_POINTS, _SHAPE_STEP = 1000, 1e-3
 """Largest number of points of a curved segment, and smallest time between them [s]."""
 LATEST = 2**31 * 10**9
 """Latest time that a stamp can hold [ns]."""
@@ -174,8 +174,8 @@ def timed_speeds(wanted: SetPoints, limits: SpeedServo) -> TimedSpeeds:
         limits.check(point.speed, f"{where}.velocities[0]")
         if not before < point.time < LATEST - wanted.start:
             raise CommandError(
-                f"{where}.time_from_start = {exact(point.time * NANOSECOND)} s: must be at least 0 "
-                "and later than that of the point before"
+                f"{where}.time_from_start = {exact(point.time * _NANOSECOND)} s: must be at least "
+                "0 and later than that of the point before"
             )
         if point.acceleration is not None and not math.isfinite(point.acceleration):
             raise CommandError(
@@ -197,7 +197,7 @@ def _ramp(where: str, pair: tuple[SetPoint, SetPoint], limits: SpeedServo) -> tu
         reached = begin.speed + slope * duration
         if reached != end.speed:
             exactly = change / slope if slope else math.inf
-            if not abs(exactly - duration) <= 1.5 * NANOSECOND:
+            if not abs(exactly - duration) <= 1.5 * _NANOSECOND:
                 raise CommandError(
                     f"{where}: {exact(slope)} rad/s^2 leads from {exact(begin.speed)} to "
                     f"{exact(reached)} rad/s by the next point, whose velocity is "
@@ -207,7 +207,7 @@ def _ramp(where: str, pair: tuple[SetPoint, SetPoint], limits: SpeedServo) -> tu
             duration = exactly
     # A ramp at exactly the largest acceleration must pass, although its end time is rounded to a
     # nanosecond and may therefore be slightly early.
-    if abs(change) > limits.max_acceleration * (duration + NANOSECOND):
+    if abs(change) > limits.max_acceleration * (duration + _NANOSECOND):
         raise CommandError(
             f"{where}: reaching the next point takes {exact(abs(slope))} rad/s^2, and at most "
             f"{exact(limits.max_acceleration)} rad/s^2 are allowed (spindle.max_acceleration of "
@@ -237,7 +237,7 @@ def set_points_of(schedule: SpeedSchedule, start: int) -> SetPoints:
                 # otherwise the receiver would take the rounded duration for the exact one
                 rounded += 1
         else:
-            count = math.ceil(lasts / max(SHAPE_STEP, lasts / SHAPE_POINTS))
+            count = math.ceil(lasts / max(_SHAPE_STEP, lasts / _SHAPE_POINTS))
             for k in range(count):
                 local = lasts * k / count
                 points.append(SetPoint(time + round(local * 1e9), law.speed(local)))
@@ -288,9 +288,9 @@ def _from_speed(speed: float, wanted: TimedSpeeds, most: float) -> Sequence[tupl
     """
     ahead, first = wanted.first
     gap = first - speed
-    if not ahead and abs(gap) <= SAME_SPEED * max(abs(first), 1.0):
+    if not ahead and abs(gap) <= _SAME_SPEED * max(abs(first), 1.0):
         return wanted.ramps
-    if abs(gap) <= most * (ahead + NANOSECOND) and ahead:
+    if abs(gap) <= most * (ahead + _NANOSECOND) and ahead:
         return [(ahead, Ramp(speed, gap / ahead)), *wanted.ramps]
     # The first point cannot be reached in time. Accelerate at the limit from now on, and find the
     # first part of the trajectory whose speed this straight line meets. The time before the first

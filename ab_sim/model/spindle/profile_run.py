@@ -92,7 +92,7 @@ class ProfileState(enum.Enum):
         return self in (ProfileState.RUNNING, ProfileState.ABORTING)
 
 
-COMMANDING = (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING, ProfileState.ABORTED)
+_COMMANDING = (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING, ProfileState.ABORTED)
 
 MOST_SPEED = 1e6
 """Largest magnitude of a commanded speed in a snapshot [rad/s]."""
@@ -193,7 +193,7 @@ class ProfileRun:
 
     def tick(self, now: float) -> float | None:
         """Run one period; return the speed to command now [rad/s], or None for no command."""
-        is_commanding = self.state in COMMANDING
+        is_commanding = self.state in _COMMANDING
         follows_profile = self.state in (ProfileState.RUNNING, ProfileState.DONE)
         if follows_profile and self.execution is not None:
             is_commanding = self._run(self.execution, now)

@@ -86,7 +86,7 @@ class BagConverter(IgnoredMessages):
 
     def _decimated(self, block: Block) -> None:
         """Check the decimation of the next block of samples, and keep it."""
-        channels, rule = checked_block(block)
+        channels, rule = _checked_block(block)
         if channels != contract.DECIMATED_CHANNELS:
             raise ValueError(f"must have the channels {contract.DECIMATED_CHANNELS}")
         counts, every, around = rule[:, 2], rule[:, 3], rule[:, 4]
@@ -100,7 +100,7 @@ class BagConverter(IgnoredMessages):
 
     def _block(self, block: Block) -> None:
         """Write a block of samples; begin a recording if steps or drive begin again."""
-        channels, samples = checked_block(block)
+        channels, samples = _checked_block(block)
         if not len(samples):
             return
         described = self._description.get("channels")
@@ -191,7 +191,7 @@ class BagConverter(IgnoredMessages):
             self._recording = None
 
 
-def checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
+def _checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
     """Return the channels and samples of a block.
 
     Raises:

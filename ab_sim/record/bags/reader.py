@@ -29,11 +29,11 @@ else:
 MOST_CHUNK = 1 << 26
 """Largest accepted size of a chunk or message of an MCAP file, unpacked [bytes]; rosbag2 begins a
 chunk every 768 KiB."""
-MOST_RATIO = 200
+_MOST_RATIO = 200
 """Largest ratio of the size of a file that was compressed as a whole to its compressed size."""
 
 
-def bound_rosbags() -> None:
+def _bound_rosbags() -> None:
     """Replace the functions with which rosbags unpacks by functions with limits.
 
     Otherwise a small damaged or hostile file could unpack to any size, and fill the memory.
@@ -68,7 +68,7 @@ class _BoundedFile(zstd.ZstdFile):
 
     def __init__(self, file: BinaryIO, mode: Literal["rb"]) -> None:
         super().__init__(file, mode)
-        self._left = self._most = MOST_CHUNK + MOST_RATIO * os.fstat(file.fileno()).st_size
+        self._left = self._most = MOST_CHUNK + _MOST_RATIO * os.fstat(file.fileno()).st_size
 
     def read(self, size: int | None = -1) -> bytes:
         """Read and unpack up to ``size`` bytes; None or negative: all.
@@ -88,7 +88,7 @@ class _BoundedFile(zstd.ZstdFile):
         return data
 
 
-bound_rosbags()
+_bound_rosbags()
 
 
 class BagTopic(NamedTuple):

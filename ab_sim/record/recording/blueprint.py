@@ -14,7 +14,7 @@ from ab_sim.record.recording.drawing import Drawing
 from ab_sim.record.recording.layout import layout_of
 from ab_sim.record.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
-MOST_NAMES = 8
+_MOST_NAMES = 8
 """Largest number of balls' curves in a plot with a legend."""
 _LOWER = rrb.Corner2D.RightBottom
 _TITLES = {
@@ -103,7 +103,7 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     ]
     if drawing.balls:
         name = "Ball angles from the unbalance [deg]"
-        plots.append(plot(name, *curves.angles(), legend=drawing.balls <= MOST_NAMES))
+        plots.append(plot(name, *curves.angles(), legend=drawing.balls <= _MOST_NAMES))
     text = rrb.TextDocumentView(origin="/about", name="Explanation")
     # Rerun shows a grid of three as one row in a wide window, and as one column in a narrow one.
     return rrb.Grid(
@@ -121,7 +121,7 @@ def _forces(drawing: Drawing, channels: Sequence[str]) -> Iterator[rrb.Container
     curves, plots = drawing.curves, []
     if drawing.explanation.driven is not None:
         name = "Driving force on the balls, forward positive [N]"
-        plots.append(plot(name, curves.driving(), legend=drawing.balls <= MOST_NAMES))
+        plots.append(plot(name, curves.driving(), legend=drawing.balls <= _MOST_NAMES))
     if drawing.motor:
         torque = _of_channels(channels, "spindle_torque")
         plots.append(plot("Motor torque [N m]", *torque, legend=False))

@@ -125,7 +125,7 @@ def _colours(names: Sequence[str]) -> list[Colour]:
 FRAMES = ROTOR
 """Entity of curves with a row for each frame of the drawings, not for each sample. It is that of
 the rotor, which moves in each frame: a viewer without a GPU can process few messages at a time."""
-LEAST = 1e-4
+_LEAST = 1e-4
 """Whirl, in e or in mm, below which its logarithm is not plotted."""
 _WHIRL, _LENGTHS = "whirl", "vector_lengths"
 _WITHOUT_BALLS, _TILT, _HEIGHT, _BALLS = "without_balls", "tilt", "height", "balls"
@@ -268,9 +268,9 @@ class Curves:
         return values
 
     def _logarithm(self, whirl: Array) -> Array:
-        """Return log10 of W/e, or of W in mm, as a column; below ``LEAST``, NaN is not drawn."""
+        """Return log10 of W/e, or of W in mm, as a column; below ``_LEAST``, NaN is not drawn."""
         values = 1e3 * whirl[:, None] / (self.eccentricity or 1.0)
-        return np.log10(np.where(values >= LEAST, values, np.nan))
+        return np.log10(np.where(values >= _LEAST, values, np.nan))
 
     def _names_and_widths(self) -> tuple[list[str], list[float]]:
         """Return names and widths of the curves with a line per ball."""

@@ -25,7 +25,7 @@ from ab_sim.drive.urdf import DISC, MARK, MARK_PLACE, PLATE
 from ab_sim.record.recording.explanation import Explanation
 from ab_sim.record.recording.layout import Array
 
-REACH = 0.62
+_REACH = 0.62
 """Drawn length of the longest arrow, relative to the race's radius.
 
 The longest arrow is the rotor's unbalance, or the vector sum of all balls at one place.
@@ -49,7 +49,7 @@ class Arrows(NamedTuple):
             return None
         assert explanation.unbalance is not None
         longest = max(explanation.unbalance, float(explanation.moments.sum()))
-        return cls(explanation.unbalance, explanation.moments, REACH * race_radius / longest)
+        return cls(explanation.unbalance, explanation.moments, _REACH * race_radius / longest)
 
     @property
     def labels(self) -> list[str]:
@@ -78,7 +78,7 @@ class Arrows(NamedTuple):
         return np.column_stack([none, rotor, none]), np.column_stack([rotor, balls, rotor + balls])
 
 
-def shrunk(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Array:
+def _shrunk(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Array:
     """Return the radii at which balls are drawn, so that balls at one place are all visible.
 
     A ball that covers an earlier one is drawn smaller, so that the edge of the latter remains
@@ -104,7 +104,7 @@ def stacked(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Arra
     """Return the heights at which balls are drawn above the race, shape (rows, balls).
 
     A ball inside another would be invisible in space, so a ball that covers an earlier one is drawn
-    on top of it. The arguments are those of `shrunk`.
+    on top of it. The arguments are those of `_shrunk`.
     """
     heights = np.zeros(angles.shape)
     for ball in range(1, len(radii)):
@@ -194,7 +194,7 @@ class TopView:
         rotor = [*rr.Transform3D.columns(translation=shaft, quaternion=spun)]
         if self.ball_radii:
             places = self.race_radius * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
-            drawn = shrunk(balls, self.race_radius, self.ball_radii)
+            drawn = _shrunk(balls, self.race_radius, self.ball_radii)
             points = rr.Points2D.columns(positions=places.reshape(-1, 2), radii=drawn.ravel())
             rotor += points.partition(np.full(rows, len(self.ball_radii)))
         if self.arrows is not None:

@@ -71,7 +71,7 @@ def nanoseconds(time: Array) -> np.ndarray:
     return np.rint(time * 1e9).astype(np.int64)
 
 
-MOST_SUMS = 20_000
+_MOST_SUMS = 20_000
 """Largest number of cumulative sums that ``FinalRms`` keeps."""
 TURNS = 2
 """Smallest number of whole revolutions from which the once-per-turn part is determined."""
@@ -102,7 +102,7 @@ class FinalRms:
     """Computes the root mean square over the last stretch of values that arrive in blocks.
 
     The length of the stretch depends on the number of all values. So cumulative sums are kept, and
-    their difference gives any stretch. If there are more than `MOST_SUMS`, every second one is
+    their difference gives any stretch. If there are more than `_MOST_SUMS`, every second one is
     dropped, which limits the memory and only moves the start of the stretch slightly.
     """
 
@@ -114,7 +114,7 @@ class FinalRms:
         steps = np.column_stack([np.ones(len(values)), values**2])
         sums = self._sums[-1, 1:] + np.cumsum(steps, axis=0)
         self._sums = np.vstack([self._sums, np.column_stack([time, sums])])
-        while len(self._sums) > MOST_SUMS:
+        while len(self._sums) > _MOST_SUMS:
             self._sums = np.vstack([self._sums[:-1:2], self._sums[-1:]])
 
     @property

@@ -15,14 +15,14 @@ from ab_sim.record.recording.curves import PlottedCurves, lines
 from ab_sim.record.recording.layout import Array, plotted_columns, scalar_columns
 from ab_sim.record.recording.signals import SlidingWindows, once_per_turn, rms, spectrum
 
-PHASE_HOP = 0.02
+_PHASE_HOP = 0.02
 """Length and spacing of the windows in which the acceleration is determined [s]."""
-STILL, STEADY = 1e-3, 0.02
+STILL, _STEADY = 1e-3, 0.02
 """Speed below which the spindle counts as standing, relative to the top speed; and acceleration
 below which it counts as steady, relative to the top speed per second."""
 PERIOD = "variable-speed period"
 """Name of the phase with the variable speed of `Explanation.period`."""
-PHASES: Mapping[str, Colour] = {
+_PHASES: Mapping[str, Colour] = {
     "standstill": GREY,
     "speeding up": SKY,
     PERIOD: GREEN,
@@ -30,7 +30,7 @@ PHASES: Mapping[str, Colour] = {
     "slowing down": PURPLE,
 }
 """Colours of the phases by name."""
-LABELS = ("still", "up", "v", "steady", "down")
+_LABELS = ("still", "up", "v", "steady", "down")
 """Labels of the phases, short enough for half a second of a run."""
 
 
@@ -52,7 +52,7 @@ class SpindlePhase:
     ) -> None:
         self._channels, self._period = channels, period
         self._scale = top_speed or 1.0
-        self._windows = SlidingWindows(PHASE_HOP, PHASE_HOP)
+        self._windows = SlidingWindows(_PHASE_HOP, _PHASE_HOP)
         self._phase = ""
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
@@ -60,9 +60,9 @@ class SpindlePhase:
         yield (
             "/state/spindle",
             rr.StateConfiguration(
-                values=list(PHASES),
-                labels=LABELS,
-                colors=list(PHASES.values()),
+                values=list(_PHASES),
+                labels=_LABELS,
+                colors=list(_PHASES.values()),
             ),
         )
         if self._period is not None:
@@ -91,13 +91,13 @@ class SpindlePhase:
             yield "/plot/speed/period", np.array(ends), scalar_columns(np.array(within)[:, None])
 
     def phase_of(self, time: Array, speed: Array) -> str:
-        """Return the phase, one of ``PHASES``, from times [s] and speeds [rad/s] of a window."""
+        """Return the phase, one of ``_PHASES``, from times [s] and speeds [rad/s] of a window."""
         slope = (speed[-1] - speed[0]) / (time[-1] - time[0])
         if np.max(np.abs(speed)) < STILL * self._scale:
             return "standstill"
         if self._period is not None and self._in_period(self._period, slope, speed):
             return PERIOD
-        if not abs(slope) > STEADY * self._scale:
+        if not abs(slope) > _STEADY * self._scale:
             return "steady"
         return "speeding up" if slope * speed[-1] > 0.0 else "slowing down"
 
@@ -108,7 +108,7 @@ class SpindlePhase:
         """
         apart = abs(period["around"] - period["acceleration"])
         low, high = sorted((period["start_speed"], period["end_speed"]))
-        near = 2.0 * PHASE_HOP * period["around"]
+        near = 2.0 * _PHASE_HOP * period["around"]
         return bool(
             abs(slope - period["acceleration"]) < 0.25 * apart
             and speed.min() > low - near
@@ -118,10 +118,10 @@ class SpindlePhase:
 
 HOP, SPAN = 0.1, 0.25
 """Spacing and length of the windows for r.m.s. values [s]."""
-SPECTRUM_HOP, SPECTRUM_SPAN = 0.5, 0.5
+_SPECTRUM_HOP, SPECTRUM_SPAN = 0.5, 0.5
 """Spacing and length of the windows for spectra [s]; they are longer, to separate close
 frequencies."""
-ORDERS, MOST_LINES = 5.0, 500
+ORDERS, _MOST_LINES = 5.0, 500
 """Highest frequency of a spectrum in multiples of the top speed, and largest number of its
 lines."""
 SIZES = "/plot/vibration"
@@ -129,7 +129,7 @@ SIZES = "/plot/vibration"
 _RMS, _ORDERS = "rms", "orders"
 _CHARTS = {"/plot/spectrum/once": UNBALANCE, "/plot/spectrum/rest": GREEN}
 """Colours of the two bar charts of a spectrum by entity: lines once per turn, and other lines."""
-FEWEST = 4
+_FEWEST = 4
 """Smallest number of rows of a window."""
 
 Sent = tuple[str, Array, Any]  # entity, rows with the times, columns
@@ -158,14 +158,14 @@ class VibrationCurves:
         self._channels = channels
         self._reach = ORDERS * top_speed / (2.0 * np.pi) if top_speed else np.inf
         self._sizes = SlidingWindows(SPAN, HOP)
-        self._spectrum_windows = SlidingWindows(SPECTRUM_SPAN, SPECTRUM_HOP)
+        self._spectrum_windows = SlidingWindows(SPECTRUM_SPAN, _SPECTRUM_HOP)
         self._frequencies = np.empty(0)
 
     def of(self, rows: Array) -> Iterator[Sent]:
         """Yield the points of the curves whose windows the next samples complete."""
         ends, sizes, orders = [], [], []
         for window in self._sizes.of(rows):
-            if len(window) < FEWEST:
+            if len(window) < _FEWEST:
                 continue
             run = Trajectory(self._channels, window)
             ends.append(window[-1])
@@ -183,7 +183,7 @@ class VibrationCurves:
         Return None if steps are missing, omitted or not finite: the spectrum would be wrong.
         """
         steps = np.diff(window[:, 0])
-        if len(window) < FEWEST or np.any(steps != steps[0]):
+        if len(window) < _FEWEST or np.any(steps != steps[0]):
             return None
         run = Trajectory(self._channels, window)
         length = run["time"][-1] - run["time"][0]
@@ -191,7 +191,7 @@ class VibrationCurves:
         if length + 1.5 * step < SPECTRUM_SPAN or not np.isfinite(run.acceleration).all():
             return None
         frequencies, sizes = spectrum(step, run.acceleration)
-        count = max(2, min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES))
+        count = max(2, min(int(np.searchsorted(frequencies, self._reach)) + 1, _MOST_LINES))
         turning = abs(run["angle"][-1] - run["angle"][0]) / (2.0 * np.pi * length)
         return frequencies[:count], float(turning), sizes[:count]
 

@@ -33,9 +33,9 @@ from ab_sim.record.recording.vibration import Sent
 from ab_sim.record.recording.views import ALWAYS, PERIOD, DriveView, PlotsView
 
 BATCH_ROWS = 5000  # rows that are sent together: sending 200 rows takes as long as sending 1
-PICTURES_WAIT = 1.0  # longest delay of drawings without a viewer, in time of the run [s]
+_PICTURES_WAIT = 1.0  # longest delay of drawings without a viewer, in time of the run [s]
 SHOWN_PERIOD = 0.02  # shortest time between two rows, and two frames, for a viewer [s]
-SLOW_PERIOD = 2.0  # time between two messages of slow curves and scalars for a viewer [s]
+_SLOW_PERIOD = 2.0  # time between two messages of slow curves and scalars for a viewer [s]
 CHUNK_ROWS = 10_000  # largest number of rows of a chunk; viewers process this size quickly
 
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
@@ -76,7 +76,7 @@ class Recording:
     is_shown : bool
         Whether the file is only for a viewer that follows the run. It then has one row and one
         frame in each `SHOWN_PERIOD`; curves of the vibration are still computed from all rows. They
-        and scalars are sent once in each `SLOW_PERIOD`, because a viewer without a GPU can process
+        and scalars are sent once in each `_SLOW_PERIOD`, because a viewer without a GPU can process
         few messages at a time. Nothing is sent until `flush`. The viewer follows the newest samples
         until the recording is closed; other files open at their start, paused.
     decimated : bool
@@ -274,7 +274,7 @@ class Recording:
         self._check_usable()
         slow = self._slow_are_due()
         self._send_collected(slow)
-        if pictures or self._picture_delay >= PICTURES_WAIT:
+        if pictures or self._picture_delay >= _PICTURES_WAIT:
             self._send_derived(self._rows_without_pictures, self._view.frames)
             if slow:
                 self._send_derived(self._rows_without_slow_curves, self._view.slow_curves)
@@ -377,7 +377,7 @@ class Recording:
             newest = float(self._blocks[-1][-1, 1])
             if newest < self._slow_until:
                 return False
-            self._slow_until = newest + SLOW_PERIOD
+            self._slow_until = newest + _SLOW_PERIOD
         return True
 
     def _send_collected(self, slow: bool) -> None:

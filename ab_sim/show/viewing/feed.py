@@ -113,9 +113,9 @@ class Started:
             self.process.wait()
 
 
-POLL = 0.05
+_POLL = 0.05
 """Time between two checks whether the file has grown [s]."""
-PIECE = 1 << 18
+_PIECE = 1 << 18
 """Largest number of bytes that are read at a time."""
 
 
@@ -193,7 +193,7 @@ class Feed:
         """Copy the growing file to the process, until `stop`, or its end after `finish`."""
         pipe = self._started.process.stdin
         assert pipe is not None
-        buffer = bytearray(PIECE)
+        buffer = bytearray(_PIECE)
         try:
             with pipe, self.path.open("rb", buffering=0) as file:
                 while not self._stopping.is_set():
@@ -204,7 +204,7 @@ class Feed:
                     elif finished:
                         break
                     else:
-                        self._stopping.wait(POLL)
+                        self._stopping.wait(_POLL)
         except OSError:
             # The process has ended, or the file cannot be read, which ends the process.
             pass

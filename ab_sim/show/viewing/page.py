@@ -33,7 +33,7 @@ from urllib.parse import urlsplit
 from ab_sim.base.protobuf import fields_of
 
 LOOPBACK = "127.0.0.1"
-PATIENCE, ANSWER = 30.0, 1.0
+PATIENCE, _ANSWER = 30.0, 1.0
 """Time for Rerun to answer a browser, and to answer a check [s]."""
 _PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
 _REFUSED = "This page is for this machine only: open it as 127.0.0.1 or localhost"
@@ -51,7 +51,7 @@ A page reports only with its next frame, so a batch does not wait for the report
 """
 _LARGEST_STATE = 1 << 20
 """Largest size of a report [bytes]."""
-LEFT = 20.0
+_LEFT = 20.0
 """Time without a report after which a page counts as closed [s]; longer than a slow frame."""
 _SCRIPT = b"""<script>{
   // Begin a frame only when the GPU has drawn the last one, so that no old frames queue for it.
@@ -99,7 +99,7 @@ _SCRIPT = b"""<script>{
 _HOST = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+)(?::\d{1,5})?", re.ASCII)
 
 
-def is_loopback(host: str) -> bool:
+def _is_loopback(host: str) -> bool:
     """Return whether a Host header, ``NAME`` or ``NAME:PORT``, names this machine.
 
     Any port is accepted, because a tunnel may have another port.
@@ -156,7 +156,7 @@ class Page:
 
             def _is_from_this_machine(self) -> bool:
                 named = self.headers.get_all("Host", [])
-                if len(named) == 1 and is_loopback(named[0]):
+                if len(named) == 1 and _is_loopback(named[0]):
                     return True
                 self.send_error(HTTPStatus.MISDIRECTED_REQUEST, explain=_REFUSED)
                 return False
@@ -202,7 +202,7 @@ class Page:
             sent: newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all of
                 them if fewer were sent.
         """
-        if time.monotonic() - self._last_report > LEFT:
+        if time.monotonic() - self._last_report > _LEFT:
             return UNWATCHED
         last = self._seen.get(recording, -math.inf)
         keeps_up = len(sent) < IN_TRANSIT or last >= sent[-IN_TRANSIT]
@@ -210,7 +210,7 @@ class Page:
 
     def answers(self) -> bool:
         """Return whether Rerun's server answers requests for the page."""
-        connection = http.client.HTTPConnection(LOOPBACK, self._rerun_port, timeout=ANSWER)
+        connection = http.client.HTTPConnection(LOOPBACK, self._rerun_port, timeout=_ANSWER)
         with contextlib.closing(connection), contextlib.suppress(OSError, HTTPException):
             connection.request("GET", "/")
             return connection.getresponse().status == HTTPStatus.OK
@@ -223,7 +223,7 @@ class Page:
         self._thread.join()
 
 
-TIMELINE = b"sim_time"
+_TIMELINE = b"sim_time"
 """Timeline whose newest times a page reports."""
 
 
@@ -240,7 +240,7 @@ def newest_times(state: bytes) -> dict[str, float]:
     for recording in map(fields_of, fields_of(state).get(3, [])):
         name = b"".join(recording.get(1, [])).decode(errors="replace")
         for timeline in recording.get(2, []):
-            if TIMELINE in timeline:
+            if _TIMELINE in timeline:
                 spans = map(fields_of, fields_of(timeline).get(3, []))
                 ends = [end for span in spans for end in span.get(2, [])]
                 times[name.rpartition(":")[2]] = 1e-9 * max(ends, default=0)

@@ -11,18 +11,18 @@ from ab_sim.show.viewing.page import BATCH, Page
 from ab_sim.show.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 
 WEB, NATIVE = "web", "native"
-NO_SCREEN = "there is no screen (neither DISPLAY nor WAYLAND_DISPLAY is set); web needs none"
+_NO_SCREEN = "there is no screen (neither DISPLAY nor WAYLAND_DISPLAY is set); web needs none"
 MEMORY = "2GiB"
 """Memory limit of a viewer and of its server, above which Rerun drops the oldest data."""
 TURN = 0.25
 """Time between two checks of the viewer [s]."""
-STARTING = 30.0
+_STARTING = 30.0
 """Time for a viewer to start [s], on a busy machine with a slow disk."""
 STARTED, SHOWING, CLOSED = "starting", "showing", "closed by its user"
 """Values of `Viewer.state`, in addition to texts on problems."""
 SETTLED = 2.0
 """Uptime [s] from which on an exited viewer is restarted; an earlier exit would only recur."""
-ENDING = 2.0
+_ENDING = 2.0
 """Time for data in transit to arrive when a viewer is closed, and for the viewer to exit [s]."""
 
 
@@ -37,7 +37,7 @@ def check_view(view: str, screen: bool = False) -> None:
         InputError: the text is not allowed.
     """
     if screen and view == NATIVE and not screens():
-        raise InputError(f"{view}: {NO_SCREEN}")
+        raise InputError(f"{view}: {_NO_SCREEN}")
     if view not in (WEB, NATIVE):
         try:
             Proxy.of(view)
@@ -173,12 +173,12 @@ class Viewer:
                 break
         for path in list(self._files):
             self.finish(path)
-        end = time.monotonic() + (ENDING if self._shown else 0.0)
+        end = time.monotonic() + (_ENDING if self._shown else 0.0)
         for feed in self._last:
             if not feed.wait(max(end - time.monotonic(), 0.0)):
                 feed.stop()
         if self._server is not None and not self._leave:
-            self._server.end(ENDING)
+            self._server.end(_ENDING)
 
     def _check(self) -> None:
         """Check once whether the viewer runs and answers; start, feed or report accordingly."""
@@ -193,7 +193,7 @@ class Viewer:
             return
         if answer is Answer.HERE:
             answer = Answer.SILENT  # the proxy starts before the page
-        early = self._command and not self._came_up and time.monotonic() - self._began < STARTING
+        early = self._command and not self._came_up and time.monotonic() - self._began < _STARTING
         self._shown = False
         self._state = STARTED if early else f"{answer.value} at {self.address}"
         # A process that still feeds a viewer that is gone would wait for it, so stop it. A silent
@@ -215,7 +215,7 @@ class Viewer:
                 return
             self.restarts += 1
         elif self._native and not screens():
-            self._give_up(f"could not start: {NO_SCREEN}")
+            self._give_up(f"could not start: {_NO_SCREEN}")
             return
         self._shown, self._state, self._began = False, STARTED, time.monotonic()
         self._came_up = False

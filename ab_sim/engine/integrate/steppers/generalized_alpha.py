@@ -31,7 +31,7 @@ class Alpha(NamedTuple):
     """Newmark's gamma: weight of y' at the step's end in the increment of y."""
 
 
-def growth_of(weights: Alpha, z: complex) -> complex:
+def _growth_of(weights: Alpha, z: complex) -> complex:
     """Return the growth per step for y' = lambda y, z = step times lambda: the larger root.
 
     A step maps (y, h y') linearly. Of the two eigenvalues of this map, one approximates the
@@ -65,7 +65,7 @@ def generalized_alpha(rho_inf: float) -> Stepper:
         "Jansen, Whiting and Hulbert (2000), Comput. Methods Appl. Mech. Engrg. 190, 305-319",
         weights,
         evaluations=4,
-        growth=functools.partial(growth_of, weights),
+        growth=functools.partial(_growth_of, weights),
         memory=1,
         locates_events=False,
         priced=False,

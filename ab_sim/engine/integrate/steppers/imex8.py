@@ -23,7 +23,7 @@ def growth(z: complex) -> complex:
     return sum((weight * (1 + z / n) ** n for n, weight in pairs), 0j)
 
 
-IMEX8 = register(
+_IMEX8 = register(
     Stepper(
         name="imex8",
         order=8,

@@ -3,7 +3,7 @@
 from ab_sim.engine.integrate.explicit import explicit
 from ab_sim.engine.integrate.registry import register
 
-RK4 = register(
+_RK4 = register(
     explicit(
         name="rk4",
         order=4,

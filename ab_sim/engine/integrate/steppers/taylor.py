@@ -13,9 +13,9 @@ PARTS = 1024
 """Maximum number of parts into which a step of the scene is divided."""
 LOWEST, HIGHEST = 6, 16
 """Lowest and highest order."""
-MOST_STEPS = 8
+_MOST_STEPS = 8
 """Maximum number of the scene's steps in one of the method's own, if a number is given."""
-TOLERANCE = Parameter(
+_TOLERANCE = Parameter(
     "largest last term of each step's series, for the balls' angles and for the deck's "
     "displacement over the race's radius",
     1e-11,
@@ -37,8 +37,8 @@ STEPS = Parameter(
     "the tolerance decides, and a step of the method may be shorter than one of the scene",
     0.0,
     0.0,
-    float(MOST_STEPS),
-    values=tuple(map(float, range(MOST_STEPS + 1))),
+    float(_MOST_STEPS),
+    values=tuple(map(float, range(_MOST_STEPS + 1))),
 )
 
 
@@ -62,7 +62,7 @@ def order_for(tolerance: float) -> int:
     return min(max(round(-0.5 * math.log(tolerance)), LOWEST), HIGHEST)
 
 
-@register_family("taylor", {"tolerance": TOLERANCE, "order": ORDER, "steps": STEPS})
+@register_family("taylor", {"tolerance": _TOLERANCE, "order": ORDER, "steps": STEPS})
 def taylor(tolerance: float, order: float, steps: float) -> Stepper:
     """Return the method for a tolerance [rad], an order, and a number of the scene's steps."""
     chosen = int(order) or order_for(tolerance)

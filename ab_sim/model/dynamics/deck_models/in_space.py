@@ -29,11 +29,11 @@ from ab_sim.scene.sections import inertia_matrix
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-EULER: Final = "ZXY"
+_EULER: Final = "ZXY"
 """Order of the angles gamma, alpha, beta, about the axes as turned so far."""
 
 
-def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
+def _deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
     """Return the constants of the deck model of a scene with these effects."""
     deck, rotor = scene.deck, scene.rotor
     assert deck is not None and rotor.inertia is not None
@@ -69,7 +69,7 @@ def _rotation() -> "type[Rotation]":
     return Rotation
 
 
-def start_of(scene: Scene, system: System) -> np.ndarray:
+def _start_of(scene: Scene, system: System) -> np.ndarray:
     """Return the deck's states at t = 0 in the order of ``InSpace.STATE_NAMES``, shape (13,).
 
     Raises:
@@ -84,11 +84,11 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
         place = np.array(start.position)
     tilt = start.tilt
     if tilt is None:
-        gamma, alpha, beta = (float(angle) for angle in turn.as_euler(EULER))
+        gamma, alpha, beta = (float(angle) for angle in turn.as_euler(_EULER))
         tilt = alpha, beta, gamma
     else:
         alpha, beta, gamma = tilt
-        turn = _rotation().from_euler(EULER, (gamma, alpha, beta))
+        turn = _rotation().from_euler(_EULER, (gamma, alpha, beta))
     rates = angular_velocity(tilt, start.tilt_rate or (0.0, 0.0, 0.0))
     x, y, z, w = turn.as_quat()
     return np.array([*place, w, x, y, z, *(start.velocity or (0.0, 0.0, 0.0)), *rates])
@@ -127,7 +127,7 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     return {"the deck's motion on its mounts": complex(fastest)} if abs(fastest) > 0 else {}
 
 
-def yields_of(system: System) -> list[np.ndarray]:
+def _yields_of(system: System) -> list[np.ndarray]:
     """Return accelerations of the race at each ball per force on the race at each ball [1/kg].
 
     Accelerations and forces are those along the race.
@@ -336,9 +336,9 @@ register_deck_model(
     IN_SPACE,
     InSpace,
     DeckFromScene(
-        make=deck_model_of,
-        start=start_of,
-        yields=yields_of,
+        make=_deck_model_of,
+        start=_start_of,
+        yields=_yields_of,
         rates=rates_of,
         linearised=linearised,
     ),

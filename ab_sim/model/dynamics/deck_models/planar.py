@@ -25,7 +25,7 @@ _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0
 """Test displacements as multiples of a direction: outwards, inwards, and zero with a velocity."""
 
 
-def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
+def _deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
     """Return the constants of the deck model of a scene with these effects."""
     eccentricity = scene.rotor.eccentricity
     sag_x, sag_y = _sag(scene.total_mass, effects)
@@ -38,7 +38,7 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
     )
 
 
-def start_of(scene: Scene, system: System) -> np.ndarray:
+def _start_of(scene: Scene, system: System) -> np.ndarray:
     """Return the deck's states at t = 0 in the order of ``Planar.STATE_NAMES``, shape (4,).
 
     The deck is at rest in space by default: its inertial velocity, given on the rotating axes, is
@@ -88,7 +88,7 @@ def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray
     return np.concatenate([-mean + half, -mean - half])
 
 
-def yields_of(system: System) -> list[np.ndarray]:
+def _yields_of(system: System) -> list[np.ndarray]:
     """Return accelerations of the race at each ball per force on the race at each ball [1/kg].
 
     Accelerations and forces are those along the race.
@@ -190,9 +190,9 @@ register_deck_model(
     PLANAR,
     Planar,
     DeckFromScene(
-        make=deck_model_of,
-        start=start_of,
-        yields=yields_of,
+        make=_deck_model_of,
+        start=_start_of,
+        yields=_yields_of,
         rates=rates_of,
         linearised=linearised,
     ),
