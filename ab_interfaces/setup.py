@@ -44,9 +44,12 @@ LIBRARIES = [
 class Interfaces:
     """Definitions of a package, and the code generated from them.
 
-    Args:
-        name: name of the package.
-        folder: folder of its definitions.
+    Parameters
+    ----------
+    name
+        Name of the package.
+    folder
+        Folder of its definitions.
     """
 
     def __init__(self, name: str, folder: Path) -> None:

@@ -39,8 +39,10 @@ class Block:
     def of(cls, message: Any) -> "Block":
         """Return the block in a message of ``vibration/block``.
 
-        Raises:
-            MalformedMessage: dimensions, labels and data do not fit together.
+        Raises
+        ------
+        MalformedMessage
+            Dimensions, labels and data do not fit together.
         """
         dimensions = list(message.layout.dim)
         if len(dimensions) != 2 or dimensions[0].label != "sample":

@@ -18,15 +18,20 @@ _INTEGERS = {"int32": struct.Struct("<i"), "uint32": struct.Struct("<I")}
 class Prefilled:
     """Message in CDR in which only stamps and floating-point numbers change.
 
-    Args:
-        message: message with the constant parts: texts, and lengths of lists.
-        changing: positions of the numbers that change, in the order of the message's fields;
-            default: all.
-        fields_of: function that returns names and types of a message's fields; default: the method
-            of ROS messages.
+    Parameters
+    ----------
+    message
+        Message with the constant parts: texts, and lengths of lists.
+    changing
+        Positions of the numbers that change, in the order of the message's fields; default: all.
+    fields_of
+        Function that returns names and types of a message's fields; default: the method of ROS
+        messages.
 
-    Raises:
-        ValueError: the message has fields other than texts and numbers of 4 or 8 bytes.
+    Raises
+    ------
+    ValueError
+        The message has fields other than texts and numbers of 4 or 8 bytes.
     """
 
     def __init__(
@@ -48,9 +53,12 @@ class Prefilled:
     def at(self, time: int, numbers: Sequence[float]) -> bytes:
         """Return the serialised message.
 
-        Args:
-            time: value of all stamps [ns].
-            numbers: all numbers that change, in the order of the message's fields.
+        Parameters
+        ----------
+        time
+            Value of all stamps [ns].
+        numbers
+            All numbers that change, in the order of the message's fields.
         """
         sec, nanosec = divmod(time, 10**9)
         for place in self._stamps:

@@ -22,8 +22,10 @@ def class_of(type_name: str) -> Any:
 
     ROS's names of nested types, without ``msg``, are accepted, too.
 
-    Raises:
-        ImportError: the package or the message is not installed.
+    Raises
+    ------
+    ImportError
+        The package or the message is not installed.
     """
     package, *_, name = type_name.split("/")
     module = importlib.import_module(f"{package}.msg")

@@ -25,9 +25,12 @@ Turn = tuple[float, float, float, float]
 def frame_of(namespace: str, name: str) -> str:
     """Return the full name of a frame. ROS does not apply a node's namespace to frames.
 
-    Args:
-        namespace: namespace of the node that publishes the frame.
-        name: HOUSING, DECK, or the name of an accelerometer.
+    Parameters
+    ----------
+    namespace
+        Namespace of the node that publishes the frame.
+    name
+        HOUSING, DECK, or the name of an accelerometer.
     """
     return f"{namespace}/{name}".lstrip("/")
 
@@ -77,8 +80,10 @@ def joint_speed_fields(speed: float) -> Fields:
 def joint_speed_of(message: Any) -> float:
     """Return the spindle's speed [rad/s] in a JointState that commands it.
 
-    Raises:
-        MalformedMessage: another joint, position or effort is commanded, or the speed is NaN.
+    Raises
+    ------
+    MalformedMessage
+        Another joint, position or effort is commanded, or the speed is NaN.
     """
     if list(message.name) != ["spindle"]:
         raise MalformedMessage(f"name = {list(message.name)}: must be ['spindle']")
@@ -107,8 +112,10 @@ def json_fields(value: Any) -> Fields:
 def description_of(message: Any) -> dict[str, Any]:
     """Return the description of the simulated drive.
 
-    Raises:
-        MalformedMessage: the message is not a JSON object.
+    Raises
+    ------
+    MalformedMessage
+        The message is not a JSON object.
     """
     try:
         description = json.loads(message.data)
@@ -122,8 +129,10 @@ def description_of(message: Any) -> dict[str, Any]:
 def faults_of(message: Any) -> list[str]:
     """Return the drive's present faults, as texts.
 
-    Raises:
-        MalformedMessage: the message is not a JSON list of texts.
+    Raises
+    ------
+    MalformedMessage
+        The message is not a JSON list of texts.
     """
     try:
         faults = json.loads(message.data)
@@ -214,8 +223,10 @@ class JointSample:
     def of(cls, message: Any) -> "JointSample":
         """Return the sample in a JointState.
 
-        Raises:
-            MalformedMessage: the joints are not a spindle and its balls.
+        Raises
+        ------
+        MalformedMessage
+            The joints are not a spindle and its balls.
         """
         names = list(message.name)
         if names != ["spindle", *(f"ball_{i}" for i in range(len(names) - 1))]:

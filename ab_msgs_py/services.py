@@ -75,8 +75,10 @@ class Stepped(NamedTuple):
     def of(cls, text: str) -> Stepped:
         """Return the progress in the text of an answer.
 
-        Raises:
-            MalformedMessage: the text is not such an answer.
+        Raises
+        ------
+        MalformedMessage
+            The text is not such an answer.
         """
         try:
             return cls(**{key: int(value) for key, value in json.loads(text).items()})

@@ -59,9 +59,11 @@ class SetPoints(NamedTuple):
     def of(cls, message: Any) -> "SetPoints":
         """Return the set-points in a JointTrajectory.
 
-        Raises:
-            MalformedMessage: the message names other joints than the spindle; or it has no or too
-                many points; or a point does not have one velocity and at most one acceleration.
+        Raises
+        ------
+        MalformedMessage
+            The message names other joints than the spindle; or it has no or too many points; or a
+            point does not have one velocity and at most one acceleration.
         """
         if list(message.joint_names) != [JOINT]:
             raise MalformedMessage(

@@ -85,8 +85,10 @@ class Topic(NamedTuple):
     def sample(self, message: Any) -> Any:
         """Return the sample in a message.
 
-        Raises:
-            MalformedMessage: the message breaks the contract.
+        Raises
+        ------
+        MalformedMessage
+            The message breaks the contract.
         """
         return self.conversion.sample(message)
 
@@ -128,11 +130,16 @@ GID_LENGTH = 16
 def arrived(subscription: "Subscription[Any]", most: int) -> Iterator[tuple[Any, int, bytes]]:
     """Take the messages that have arrived at a subscription, oldest first, without an executor.
 
-    Args:
-        subscription: subscription that no executor serves.
-        most: largest number of messages; without it, a flood would never end.
+    Parameters
+    ----------
+    subscription
+        Subscription that no executor serves.
+    most
+        Largest number of messages; without it, a flood would never end.
 
-    Yields:
+    Yields
+    ------
+    tuple[Any, int, bytes]
         Message; its time of reception by the system clock [ns], 0 if unknown; and the publisher's
         identifier, which is empty in ROS 2 Jazzy.
     """

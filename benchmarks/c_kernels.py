@@ -30,8 +30,10 @@ class CDrive(ctypes.Structure):
 def compiler() -> str:
     """Return the name and version of gcc.
 
-    Raises:
-        SystemExit: gcc is missing.
+    Raises
+    ------
+    SystemExit
+        Gcc is missing.
     """
     gcc = shutil.which("gcc")
     if gcc is None:

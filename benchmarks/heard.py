@@ -143,11 +143,16 @@ def missing(ear: Ear) -> int:
 def recovered(pace: Pace, ended: float, period: float, usual: float) -> float | None:
     """Return the time after the end of a load until a second is as good as before [s].
 
-    Args:
-        pace: timing after the load.
-        ended: end of the load [s].
-        period: period of wake-ups [s]; a wake-up that is late by more is an overrun.
-        usual: share of overruns before the load; one in a hundred more is accepted.
+    Parameters
+    ----------
+    pace
+        Timing after the load.
+    ended
+        End of the load [s].
+    period
+        Period of wake-ups [s]; a wake-up that is late by more is an overrun.
+    usual
+        Share of overruns before the load; one in a hundred more is accepted.
     """
     for begin in np.arange(ended, pace.at[-1] - 1.0, 0.05):
         inside = pace.lateness[(pace.at >= begin) & (pace.at < begin + 1.0)]

@@ -75,10 +75,14 @@ def resident(process: subprocess.Popen[bytes]) -> float:
 class Bench:
     """Drive with its companion processes.
 
-    Args:
-        ear: subscriber.
-        seconds: longest duration of the run [s].
-        drive: parameters of the drive.
+    Parameters
+    ----------
+    ear
+        subscriber.
+    seconds
+        Longest duration of the run [s].
+    drive
+        Parameters of the drive.
     """
 
     def __init__(self, ear: Ear, seconds: float, **drive: str) -> None:

@@ -15,10 +15,14 @@ from ab_sim.scene import Scene
 class PackageKernel:
     """Compiled loop that repeats the same steps of a scene within one segment of its profile.
 
-    Args:
-        scene: scene to simulate.
-        first: number of steps taken before.
-        steps: number of steps to take.
+    Parameters
+    ----------
+    scene
+        Scene to simulate.
+    first
+        Number of steps taken before.
+    steps
+        Number of steps to take.
     """
 
     def __init__(self, scene: Scene, first: int, steps: int) -> None:

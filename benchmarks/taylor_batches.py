@@ -50,11 +50,16 @@ FACTORS = [1.0 + 0.01 * k for k in range(8)]
 class Setting:
     """Batch of a scene with a stepper.
 
-    Args:
-        scene: scene to run.
-        stepper: name of the stepper.
-        step: integration step [s].
-        tolerance: tolerance of steppers that have one.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    stepper
+        Name of the stepper.
+    step
+        Integration step [s].
+    tolerance
+        Tolerance of steppers that have one.
     """
 
     def __init__(self, scene: Scene, stepper: str, step: float, tolerance: float | None) -> None:

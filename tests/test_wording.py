@@ -54,6 +54,12 @@ def test_docstrings_begin_with_a_verb_or_a_noun() -> None:
     assert [(place, text) for place, text in every if OPENINGS.match(text)] == []
 
 
+def test_docstrings_have_sections_of_numpy_style() -> None:
+    """Of these, ruff checks the form."""
+    of_google = re.compile(r"^\s*(Args|Returns|Raises|Yields|Attributes):$", re.MULTILINE)
+    assert [place for place, text in docstrings() if of_google.search(text)] == []
+
+
 def test_no_word_of_the_list_is_used() -> None:
     found = [
         (place, word, LIST["words"][word.lower()])

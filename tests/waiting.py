@@ -12,11 +12,16 @@ def until(
 ) -> None:
     """Wait until a condition is true; fail after a deadline.
 
-    Args:
-        condition: function that returns whether to stop waiting; its errors end the wait.
-        what: message of the failure.
-        deadline: longest time to wait [s].
-        every: time between two calls of the condition [s]; calls may slow the other process down.
+    Parameters
+    ----------
+    condition
+        Function that returns whether to stop waiting; its errors end the wait.
+    what
+        Message of the failure.
+    deadline
+        Longest time to wait [s].
+    every
+        Time between two calls of the condition [s]; calls may slow the other process down.
     """
     end = time.monotonic() + deadline
     while not condition():

@@ -53,8 +53,10 @@ class Circulation(NamedTuple):
 class CirculationMarks:
     """Sampler that keeps the samples at the ends of three equal parts of a run.
 
-    Args:
-        count: number of samples of each run.
+    Parameters
+    ----------
+    count
+        Number of samples of each run.
     """
 
     def __init__(self, count: int) -> None:
@@ -65,10 +67,14 @@ class CirculationMarks:
     def take(self, time: np.ndarray, angle: np.ndarray, ball_angles: np.ndarray) -> None:
         """Process the next samples.
 
-        Args:
-            time: times [s], shape (runs, samples).
-            angle: spindle angle [rad], same shape.
-            ball_angles: theta_i, unwrapped [rad], shape (runs, samples, balls).
+        Parameters
+        ----------
+        time
+            Times [s], shape (runs, samples).
+        angle
+            Spindle angle [rad], same shape.
+        ball_angles
+            theta_i, unwrapped [rad], shape (runs, samples, balls).
         """
         count = time.shape[1]
         while len(self._rows) < 4 and self._marks[len(self._rows)] < self._taken + count:
@@ -93,10 +99,14 @@ def circulation_of(
 ) -> list[Circulation | None]:
     """Return the circulating balls of each run; None if no ball circulates.
 
-    Args:
-        time: times of the start and of the ends of three equal parts [s], shape (runs, 4).
-        psi: spindle angle at these times [rad], same shape.
-        theta: ball angles at these times, unwrapped [rad], shape (runs, balls, 4).
+    Parameters
+    ----------
+    time
+        Times of the start and of the ends of three equal parts [s], shape (runs, 4).
+    psi
+        Spindle angle at these times [rad], same shape.
+    theta
+        Ball angles at these times, unwrapped [rad], shape (runs, balls, 4).
     """
     circulations: list[Circulation | None] = [None] * len(time)
     durations = np.diff(time, axis=1)

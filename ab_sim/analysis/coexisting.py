@@ -98,9 +98,12 @@ class CoexistingCirculation:
 def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
     """Return the stable bunches that can circulate in a scene, in addition to its resting states.
 
-    Args:
-        scene: scene; see ``equilibria_of`` for the scenes it covers.
-        speed: spindle speed w [rad/s].
+    Parameters
+    ----------
+    scene
+        Scene; see ``equilibria_of`` for the scenes it covers.
+    speed
+        Spindle speed w [rad/s].
     """
     drive = drive_of(scene)
     if drive is None:

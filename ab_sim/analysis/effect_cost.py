@@ -200,8 +200,10 @@ def variants(scene: Scene, leave_one_out: bool = False) -> list[Variant]:
     unchanged scene. An effect that is invalid alone is combined with the fewest other effects of
     the scene that make it valid. Sensors are treated like effects.
 
-    Raises:
-        SceneError: the scene cannot run at its step.
+    Raises
+    ------
+    SceneError
+        The scene cannot run at its step.
     """
     stepper = choose_stepper(scene, system_of(scene)).stepper.name
     effects, sensors = tuple(scene.effects), tuple(scene.sensors)
@@ -228,8 +230,10 @@ def _without(names: tuple[str, ...], name: str) -> tuple[str, ...]:
 def _alone(scene: Scene, name: str, stepper: str) -> Variant:
     """Return the variant with one effect and the fewest others without which it is invalid.
 
-    Raises:
-        SceneError: the effect is invalid with every combination of the others.
+    Raises
+    ------
+    SceneError
+        The effect is invalid with every combination of the others.
     """
     others = [other for other in scene.effects if other != name]
     for count in range(len(others) + 1):
@@ -247,8 +251,10 @@ def _alone(scene: Scene, name: str, stepper: str) -> Variant:
 def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper: str) -> Scene:
     """Return the scene with these effects and sensors only, and with a stepper.
 
-    Raises:
-        SceneError: the scene is invalid, or the stepper cannot take its step.
+    Raises
+    ------
+    SceneError
+        The scene is invalid, or the stepper cannot take its step.
     """
     raw: dict[str, Any] = scene.as_mapping()
     for section, names in (("effects", effects), ("sensors", sensors)):
@@ -262,9 +268,12 @@ def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper:
 class _Runner:
     """Variant with a warmed-up drive, ready to be timed.
 
-    Args:
-        variant: variant to be timed.
-        steps: number of steps of a run.
+    Parameters
+    ----------
+    variant
+        Variant to be timed.
+    steps
+        Number of steps of a run.
     """
 
     def __init__(self, variant: Variant, steps: int) -> None:

@@ -27,8 +27,10 @@ def last_speed(scene: Scene) -> float:
 def as_speed(speed: float | None, scene: Scene) -> float:
     """Return a constant speed [rad/s]; None: the final speed of the scene.
 
-    Raises:
-        InputError: the speed is not a number, or is outside the range of ``SPEEDS``.
+    Raises
+    ------
+    InputError
+        The speed is not a number, or is outside the range of ``SPEEDS``.
     """
     if speed is None:
         return last_speed(scene)
@@ -48,13 +50,19 @@ def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
     ``model.dynamics.system.has_spindle_angle(field.system)`` is True if f depends on t through the
     spindle angle. Otherwise there can be resting states.
 
-    Args:
-        scene: scene; its profile is ignored.
-        speed: spindle speed w [rad/s].
-        angle: spindle angle psi at t = 0 [rad].
+    Parameters
+    ----------
+    scene
+        Scene; its profile is ignored.
+    speed
+        Spindle speed w [rad/s].
+    angle
+        Spindle angle psi at t = 0 [rad].
 
-    Raises:
-        SceneError: the spindle's speed is a state of the scene.
+    Raises
+    ------
+    SceneError
+        The spindle's speed is a state of the scene.
     """
     system = system_of(scene)
     if has_motor(system.effects):
@@ -69,10 +77,14 @@ def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
 def state_scale(system: System, length: float, speed: float) -> np.ndarray:
     """Return magnitudes of the states for scaling residuals and steps, shape (states,).
 
-    Args:
-        system: equations of motion, which define the states.
-        length: magnitude of the deck's displacement [m].
-        speed: spindle speed w [rad/s], of either sign.
+    Parameters
+    ----------
+    system
+        Equations of motion, which define the states.
+    length
+        Magnitude of the deck's displacement [m].
+    speed
+        Spindle speed w [rad/s], of either sign.
     """
     layout = layout_of(system)
     scale = np.ones(layout.size)

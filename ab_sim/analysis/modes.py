@@ -177,8 +177,10 @@ class NaturalVibration(Presented):
 def vibration_of(scene: Scene, speed: float = 0.0) -> NaturalVibration:
     """Return a scene's modes at a speed [rad/s], and from 0 to ``spindle.max_speed``.
 
-    Raises:
-        SceneError: the deck has no rest position.
+    Raises
+    ------
+    SceneError
+        The deck has no rest position.
     """
     about = linearised(system_of(scene))
     over_speed = campbell(about, np.linspace(0.0, scene.spindle.max_speed, SPEEDS))
@@ -188,9 +190,12 @@ def vibration_of(scene: Scene, speed: float = 0.0) -> NaturalVibration:
 def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
     """Track modes over speed by the similarity of their shapes.
 
-    Args:
-        about: linearised equations of the deck.
-        speeds: at least two rising speeds [rad/s].
+    Parameters
+    ----------
+    about
+        Linearised equations of the deck.
+    speeds
+        At least two rising speeds [rad/s].
     """
     rows = [modes_of(about, float(speeds[0]))]
     for speed in speeds[1:]:
@@ -220,7 +225,9 @@ def _followed(about: Linearised, before: tuple[Mode, ...], speed: float) -> tupl
 def _critical(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float, Mode]:
     """Locate the critical speed of a mode between two speeds [rad/s].
 
-    Returns:
+    Returns
+    -------
+    tuple[float, Mode]
         The speed at which the mode's frequency equals the spindle's [rad/s], and the mode there.
     """
 
@@ -278,10 +285,14 @@ def _swinging(
 ) -> Iterator[tuple[Pair, np.ndarray]]:
     """Yield the oscillating modes: pairs of conjugate eigenvalues, each with its shape.
 
-    Args:
-        values: eigenvalues [1/s], shape (2 n,).
-        shapes: shapes in coordinates of equal energy, one per column, shape (n, 2 n).
-        whirl: matrix of the mean whirl in these coordinates, shape (n, n).
+    Parameters
+    ----------
+    values
+        Eigenvalues [1/s], shape (2 n,).
+    shapes
+        Shapes in coordinates of equal energy, one per column, shape (n, 2 n).
+    whirl
+        Matrix of the mean whirl in these coordinates, shape (n, n).
     """
     for group in _equal(values, np.flatnonzero(values.imag > 0.0)):
         basis = _orthogonal(shapes[:, group])

@@ -158,17 +158,26 @@ def run_scene(
 ) -> OfflineRun:
     """Run a scene's profile from its start to its end.
 
-    Args:
-        scene: scene to run; a requested accuracy is resolved first. The run lasts
-            ``scene.duration``, or until the last of ``times``.
-        times: times of the samples [s]; they need not lie on the step grid.
-        progress: called with the drive and the newest samples about ``parts`` times.
-        parts: number of blocks of the run for ``progress``.
-        tell: called while an accuracy is measured, see ``resolve_accuracy``.
+    Parameters
+    ----------
+    scene
+        Scene to run; a requested accuracy is resolved first. The run lasts ``scene.duration``, or
+        until the last of ``times``.
+    times
+        Times of the samples [s]; they need not lie on the step grid.
+    progress
+        Called with the drive and the newest samples about ``parts`` times.
+    parts
+        Number of blocks of the run for ``progress``.
+    tell
+        Called while an accuracy is measured, see ``resolve_accuracy``.
 
-    Raises:
-        InputError: a time is negative or not finite, or the run would have too many samples.
-        SceneError, DivergedError: see ``Drive`` and ``resolve_accuracy``.
+    Raises
+    ------
+    InputError
+        A time is negative or not finite, or the run would have too many samples.
+    SceneError, DivergedError
+        See ``Drive`` and ``resolve_accuracy``.
     """
     for time in times:
         if not 0 <= time <= sys.float_info.max:
@@ -259,7 +268,9 @@ def _compared(
 ) -> Compared | str:
     """Run a changed copy of a run's scene with the same duration, stepper and step.
 
-    Returns:
+    Returns
+    -------
+    Compared | str
         Results of the run, or the error message if it failed.
     """
     duration = float(run.trajectory["time"][-1])

@@ -94,17 +94,23 @@ class Recovery(NamedTuple):
 def recover(scene: Scene, band: float = BAND) -> Recovery:
     """Simulate a scene's change of speed until the whirl has settled.
 
-    Args:
-        scene: scene with a ``speed_change`` profile, at rest when the change begins. The run lasts
-            for the scene's duration; if it has not settled by then, for up to ``LONGEST`` times
-            that.
-        band: half-width of the band around the steady whirl [m].
+    Parameters
+    ----------
+    scene
+        Scene with a ``speed_change`` profile, at rest when the change begins. The run lasts for the
+        scene's duration; if it has not settled by then, for up to ``LONGEST`` times that.
+    band
+        Half-width of the band around the steady whirl [m].
 
-    Raises:
-        SceneError: the scene has no such profile, ends before the change does, or has no resting
-            states because the spindle's angle is in its equations or its speed is a state.
-        InputError: the run would have too many samples.
-        DivergedError: see ``Drive``.
+    Raises
+    ------
+    SceneError
+        The scene has no such profile, ends before the change does, or has no resting states because
+        the spindle's angle is in its equations or its speed is a state.
+    InputError
+        The run would have too many samples.
+    DivergedError
+        See ``Drive``.
     """
     change = _speed_change_of(scene)
     scene, _ = resolve_accuracy(scene)
@@ -129,8 +135,10 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
 def _speed_change_of(scene: Scene) -> SpeedChangeProfile:
     """Return the scene's change of speed.
 
-    Raises:
-        SceneError: the scene has no change of speed, or ends before the change does.
+    Raises
+    ------
+    SceneError
+        The scene has no change of speed, or ends before the change does.
     """
     change = scene.profile
     if not isinstance(change, SpeedChangeProfile):
@@ -185,12 +193,18 @@ def _judge(
 ) -> Recovery:
     """Return the recovery of a run, with ``rested_before`` not yet decided.
 
-    Args:
-        change: the scene's change of speed.
-        path: samples of ``_KEPT`` from the beginning of the change, shape (samples, 5).
-        state: resting state that the drive has reached; None if there is none.
-        rests: True if the drive may have come to rest.
-        band: half-width of the band around the steady whirl [m].
+    Parameters
+    ----------
+    change
+        The scene's change of speed.
+    path
+        Samples of ``_KEPT`` from the beginning of the change, shape (samples, 5).
+    state
+        Resting state that the drive has reached; None if there is none.
+    rests
+        True if the drive may have come to rest.
+    band
+        Half-width of the band around the steady whirl [m].
     """
     run = Trajectory(_KEPT, path)
     time, whirl = run["time"], run.whirl
@@ -224,12 +238,18 @@ def nearest_state(
     On a continuum, such as the balanced positions of three balls, the state at the balls' angles is
     returned.
 
-    Args:
-        scene: scene of ``states``.
-        states: resting states at the final speed.
-        u: the deck's displacement on the rotating axes [m], shape (2,).
-        theta: ball angles [rad], shape (balls,).
-        band: largest difference of the whirl from the state's [m].
+    Parameters
+    ----------
+    scene
+        Scene of ``states``.
+    states
+        Resting states at the final speed.
+    u
+        The deck's displacement on the rotating axes [m], shape (2,).
+    theta
+        Ball angles [rad], shape (balls,).
+    band
+        Largest difference of the whirl from the state's [m].
     """
     state = min(states.branches, key=lambda state: float(np.hypot(*(u - state.u))), default=None)
     if state is None or abs(np.hypot(*u) - state.W) > band:
@@ -244,10 +264,14 @@ def nearest_state(
 def settled_at(run: Trajectory, steady: float, band: float) -> float:
     """Return the time from which the whirl stays within a band [s], interpolated between samples.
 
-    Args:
-        run: samples with positions and velocities on the rotating axes.
-        steady: middle of the band [m].
-        band: half-width of the band [m].
+    Parameters
+    ----------
+    run
+        Samples with positions and velocities on the rotating axes.
+    steady
+        Middle of the band [m].
+    band
+        Half-width of the band [m].
     """
     time, whirl = run["time"], run.whirl
     outside = np.flatnonzero(np.abs(whirl - steady) > band)
@@ -411,15 +435,21 @@ def recovery_over_drag(
 
     Previous results are taken from the cache (``ResultCache``).
 
-    Args:
-        scene: scene with balls, see ``recover``.
-        drags: coefficients [N s/m].
-        tell: called with the current task, the number of finished tasks and the total.
-        band: half-width of the band around the steady whirl [m].
+    Parameters
+    ----------
+    scene
+        Scene with balls, see ``recover``.
+    drags
+        Coefficients [N s/m].
+    tell
+        Called with the current task, the number of finished tasks and the total.
+    band
+        Half-width of the band around the steady whirl [m].
 
-    Raises:
-        SceneError, InputError, DivergedError: see ``recover``; or the scene has no balls, or does
-            not accept a drag.
+    Raises
+    ------
+    SceneError, InputError, DivergedError
+        See ``recover``; or the scene has no balls, or does not accept a drag.
     """
     change = _speed_change_of(scene)
     if scene.balls.count == 0:
@@ -461,8 +491,10 @@ def _recovered(scene: Scene, band: float) -> dict[str, Any]:
 def with_drag(scene: Scene, drag: float) -> Scene:
     """Return the scene with another drag of the race [N s/m].
 
-    Raises:
-        SceneError: the scene does not accept the drag.
+    Raises
+    ------
+    SceneError
+        The scene does not accept the drag.
     """
     return changed_scene(scene, {DRAG: drag}, "drag")
 

@@ -20,13 +20,19 @@ def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str
     A sample does not contain sticking of balls, the integrator of a motor's speed loop, or the
     state of sensor filters.
 
-    Args:
-        sample: value of each channel, see ``Trajectory``.
-        balls: number of balls.
-        tilts: whether the deck moves in space; its sample then has tilt and height as well.
+    Parameters
+    ----------
+    sample
+        Value of each channel, see ``Trajectory``.
+    balls
+        Number of balls.
+    tilts
+        Whether the deck moves in space; its sample then has tilt and height as well.
 
-    Raises:
-        InputError: a channel is missing or not finite; the message names it.
+    Raises
+    ------
+    InputError
+        A channel is missing or not finite; the message names it.
     """
     position, velocity = (["x", "y"], ["vx", "vy"])
     turn, turning = ["qw", "qx", "qy", "qz"], ["wx", "wy", "wz"]
@@ -61,12 +67,17 @@ def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str
 def replay(scene: Scene, recorded: Trajectory) -> Trajectory:
     """Run a scene with recorded commands; the result equals an intact recording bit by bit.
 
-    Args:
-        scene: the recorded run's scene.
-        recorded: consecutive samples of a commanded drive, from step 0 on.
+    Parameters
+    ----------
+    scene
+        The recorded run's scene.
+    recorded
+        Consecutive samples of a commanded drive, from step 0 on.
 
-    Raises:
-        InputError: samples are missing, so the steps of the commands are unknown.
+    Raises
+    ------
+    InputError
+        Samples are missing, so the steps of the commands are unknown.
     """
     steps, commands = recorded["step"], recorded["command"]
     if len(steps) == 0 or steps[0] != 0 or np.any(np.diff(steps) != 1):
@@ -77,11 +88,16 @@ def replay(scene: Scene, recorded: Trajectory) -> Trajectory:
 class ReplayedDrive:
     """Drive that follows recorded commands, one part of the recording at a time.
 
-    Args:
-        drive: drive in its initial state, which is the start of the recording.
-        first: recorded step at the start; with ``at_times`` the recorded time [s].
-        obeys: whether the drive follows the commands; otherwise it follows its profile.
-        start: sample at the start; None: the drive's present one.
+    Parameters
+    ----------
+    drive
+        Drive in its initial state, which is the start of the recording.
+    first
+        Recorded step at the start; with ``at_times`` the recorded time [s].
+    obeys
+        Whether the drive follows the commands; otherwise it follows its profile.
+    start
+        Sample at the start; None: the drive's present one.
     """
 
     def __init__(
@@ -99,14 +115,20 @@ class ReplayedDrive:
     def at_steps(self, steps: np.ndarray, commands: np.ndarray) -> Trajectory:
         """Return samples at recorded steps; bit-identical if the recording is from this drive.
 
-        Args:
-            steps: rising step numbers of samples after the previous ones, shape (samples,).
-            commands: command [rad/s] in force during the step that ends at each sample. A command
-                that changed between two samples acts as late as possible.
+        Parameters
+        ----------
+        steps
+            Rising step numbers of samples after the previous ones, shape (samples,).
+        commands
+            Command [rad/s] in force during the step that ends at each sample. A command that
+            changed between two samples acts as late as possible.
 
-        Raises:
-            InputError: the drive refuses a command; the message contains it and its step.
-            DivergedError: see ``Drive.advance``.
+        Raises
+        ------
+        InputError
+            The drive refuses a command; the message contains it and its step.
+        DivergedError
+            See ``Drive.advance``.
         """
         indices = (steps - self._first).astype(np.int64)
         run = self._run(indices - 1, commands, int(indices[-1]))
@@ -115,13 +137,18 @@ class ReplayedDrive:
     def at_times(self, times: np.ndarray, commands: np.ndarray) -> Trajectory:
         """Return samples at recorded times, interpolated linearly between the drive's steps.
 
-        Args:
-            times: rising times [s] of samples after the previous ones, shape (samples,).
-            commands: command from each of these times [rad/s], which takes effect at the nearest
-                step; NaN keeps the previous command.
+        Parameters
+        ----------
+        times
+            Rising times [s] of samples after the previous ones, shape (samples,).
+        commands
+            Command from each of these times [rad/s], which takes effect at the nearest step; NaN
+            keeps the previous command.
 
-        Raises:
-            InputError, DivergedError: as ``at_steps``.
+        Raises
+        ------
+        InputError, DivergedError
+            As ``at_steps``.
         """
         since = times - self._first
         nearest = np.rint(since / self.drive.step).astype(np.int64)
@@ -132,10 +159,14 @@ class ReplayedDrive:
     def _run(self, steps: np.ndarray, commands: np.ndarray, until: int) -> Trajectory:
         """Apply commands and return the samples from the previous one to a step.
 
-        Args:
-            steps: steps before which the commands are given, shape (commands,).
-            commands: commands [rad/s], same shape; NaN keeps the previous command.
-            until: step of the last sample.
+        Parameters
+        ----------
+        steps
+            Steps before which the commands are given, shape (commands,).
+        commands
+            Commands [rad/s], same shape; NaN keeps the previous command.
+        until
+            Step of the last sample.
         """
         drive, parts = self.drive, [self._last]
         # Without a command, the previous one stays in force.
@@ -158,12 +189,17 @@ class ReplayedDrive:
 def scene_from(scene: Scene, sample: dict[str, float]) -> Scene:
     """Return the scene with a recorded state as its start and without a profile.
 
-    Args:
-        scene: scene with the deck and the number of balls of the sample.
-        sample: value of each channel.
+    Parameters
+    ----------
+    scene
+        Scene with the deck and the number of balls of the sample.
+    sample
+        Value of each channel.
 
-    Raises:
-        InputError: the sample does not contain a complete state; the message tells what to do.
+    Raises
+    ------
+    InputError
+        The sample does not contain a complete state; the message tells what to do.
     """
     try:
         start = start_from(sample, scene.balls.count, scene.deck is not None)

@@ -48,8 +48,10 @@ class Rest(NamedTuple):
 def rest_of(scene: Scene) -> Rest:
     """Return the rest pose of a scene's deck.
 
-    Raises:
-        SceneError: no position is found in which the mounts carry the weight.
+    Raises
+    ------
+    SceneError
+        No position is found in which the mounts carry the weight.
     """
     if scene.deck is None or "gravity" not in scene.effects:
         return Rest(np.zeros(3), np.array(NONE))

@@ -36,10 +36,13 @@ class ResultCache:
 
     Processes may share the cache: files are written atomically.
 
-    Args:
-        function: module-level function of a scene and JSON-able keyword arguments; it returns a
-            mapping that JSON can represent, without NaN and infinity.
-        folder: cache folder; by default the user's, see ``results_folder``.
+    Parameters
+    ----------
+    function
+        Module-level function of a scene and JSON-able keyword arguments; it returns a mapping that
+        JSON can represent, without NaN and infinity.
+    folder
+        Cache folder; by default the user's, see ``results_folder``.
     """
 
     def __init__(self, function: Callable[..., Result], folder: Path | None = None) -> None:
@@ -69,11 +72,15 @@ class ResultCache:
     def keep(self, result: Result, scene: Scene, **numbers: Any) -> Result:
         """Store a result; log one line and continue if that is not possible.
 
-        Returns:
+        Returns
+        -------
+        Result
             The result after a JSON round trip, as ``find`` returns it.
 
-        Raises:
-            ValueError: the result contains NaN or infinity.
+        Raises
+        ------
+        ValueError
+            The result contains NaN or infinity.
         """
         key, file = self._key_and_file(scene, numbers)
         result = json.loads(_canonical(result))
@@ -90,9 +97,12 @@ class ResultCache:
 
         The caller has to verify the parts that it reads.
 
-        Args:
-            scene, numbers: see ``of``.
-            modules: further modules whose code contributes to the result.
+        Parameters
+        ----------
+        scene, numbers
+            See ``of``.
+        modules
+            Further modules whose code contributes to the result.
         """
         _, file = self._key_and_file(scene, numbers, modules)
         return file and file.with_suffix("")
@@ -136,12 +146,16 @@ def results_folder() -> Path | None:
 def sources_and_versions(modules: frozenset[str]) -> tuple[dict[str, str], dict[str, str]]:
     """Return the sources and versions on which results of modules depend.
 
-    Returns:
+    Returns
+    -------
+    tuple[dict[str, str], dict[str, str]]
         Digests of the sources of the modules, their imports and the steppers (found by folder), by
         name; versions of Python and third-party packages, by name.
 
-    Raises:
-        NotOfSources: see ``sources``.
+    Raises
+    ------
+    NotOfSources
+        See ``sources``.
     """
     beside = [module_info.name for module_info in pkgutil.iter_modules(steppers_folder.__path__)]
     kinds = {type(stepper.weights).__module__ for stepper in steppers().values()}
@@ -175,10 +189,14 @@ SAVE_INTERVAL = 20.0
 class PointCheckpoint:
     """Computed values of a grid's points, saved periodically and at the end of the ``with`` block.
 
-    Args:
-        function: module-level function that computes the values; it names the checkpoint.
-        scene: scene on which the values depend.
-        numbers: further JSON-able arguments on which they depend, by name.
+    Parameters
+    ----------
+    function
+        Module-level function that computes the values; it names the checkpoint.
+    scene
+        Scene on which the values depend.
+    numbers
+        Further JSON-able arguments on which they depend, by name.
     """
 
     def __init__(self, function: Callable[..., Any], scene: Scene, numbers: dict[str, Any]) -> None:
@@ -209,11 +227,16 @@ class PointCheckpoint:
     ) -> list[Any]:
         """Return the values of points; missing values are computed.
 
-        Args:
-            points: row and column of each point.
-            compute: function that returns JSON-able values of points, one by one.
-            what: name of the work, for ``tell``.
-            tell: progress callback; an exception in it ends the work; computed points are saved.
+        Parameters
+        ----------
+        points
+            Row and column of each point.
+        compute
+            Function that returns JSON-able values of points, one by one.
+        what
+            Name of the work, for ``tell``.
+        tell
+            Progress callback; an exception in it ends the work; computed points are saved.
         """
         wanted = [point for point in points if point not in self._values]
         before = len(self._values)

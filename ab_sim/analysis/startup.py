@@ -44,11 +44,14 @@ def peaks_between(
 ) -> Peaks:
     """Return the largest whirls along cubic interpolants of positions and velocities.
 
-    Args:
-        time: times of three samples of each run [s], the largest whirl at the second, shape (runs,
-            3).
-        x, y: positions at these times [m], same shape.
-        vx, vy: velocities at these times [m/s], same shape.
+    Parameters
+    ----------
+    time
+        Times of three samples of each run [s], the largest whirl at the second, shape (runs, 3).
+    x, y
+        Positions at these times [m], same shape.
+    vx, vy
+        Velocities at these times [m/s], same shape.
     """
     runs = np.arange(len(time))
     # If the whirl still rises at the middle sample, its maximum lies after it, otherwise before it.
@@ -75,9 +78,12 @@ def _cubic(
 ) -> list[np.ndarray]:
     """Return the coefficients of 1, s, s^2, s^3 of the cubic Hermite interpolant on [0, 1].
 
-    Args:
-        first, last: values at s = 0 and s = 1, any shape.
-        leaves, arrives: derivatives by s there, same shape.
+    Parameters
+    ----------
+    first, last
+        Values at s = 0 and s = 1, any shape.
+    leaves, arrives
+        Derivatives by s there, same shape.
     """
     way = last - first
     return [first, leaves, 3.0 * way - 2.0 * leaves - arrives, leaves + arrives - 2.0 * way]
@@ -97,10 +103,14 @@ def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
     Newton's method takes a bisection step when it would leave the bracket. The number of steps is
     fixed, so that a result does not depend on the other polynomials.
 
-    Args:
-        coefficients: coefficients of 1, s, s^2, ..., shape (degree + 1, polynomials).
+    Parameters
+    ----------
+    coefficients
+        Coefficients of 1, s, s^2, ..., shape (degree + 1, polynomials).
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Roots, shape (polynomials,).
     """
     derived = [k * coefficient for k, coefficient in enumerate(coefficients)][1:]
@@ -124,10 +134,14 @@ def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
     Balls may leave again, and the rotor may be unbalanced: balls with more than twice the rotor's
     unbalance increase the unbalance there.
 
-    Args:
-        trajectory: consecutive samples.
+    Parameters
+    ----------
+    trajectory
+        Consecutive samples.
 
-    Returns:
+    Returns
+    -------
+    float | None
         The time, interpolated between samples; None if it does not occur or there are no balls.
     """
     time = trajectory["time"]
@@ -159,7 +173,9 @@ def settling_begins(scene: Scene) -> float | None:
     It is the start of the variable-speed period of a start-up. Without such a period it is the time
     at which the profile reaches the critical speed sqrt(k/M) (4-1), as on the thesis page.
 
-    Returns:
+    Returns
+    -------
+    float | None
         The time; None if the scene has no start-up, or one without a variable-speed period that
         does not reach the critical speed.
     """

@@ -308,8 +308,10 @@ def robust(
 def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variable:
     """Return a varied key: its values, or for a design its range.
 
-    Raises:
-        InputError: the values cannot be used, or a design's range is not two numbers.
+    Raises
+    ------
+    InputError
+        The values cannot be used, or a design's range is not two numbers.
     """
     if isinstance(spec, str):
         return variable_of(f"{key}={spec}")
@@ -325,8 +327,10 @@ def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variab
 def _range(key: str, spec: str | Sequence[object]) -> Range:
     """Return the range of a key.
 
-    Raises:
-        InputError: the text or the numbers are no range.
+    Raises
+    ------
+    InputError
+        The text or the numbers are no range.
     """
     variable = _variable(key, spec, True)
     if not isinstance(variable, Range):
@@ -337,8 +341,10 @@ def _range(key: str, spec: str | Sequence[object]) -> Range:
 def _tolerances(spread: Mapping[str, str | Sequence[str]]) -> list[Tolerance]:
     """Return the tolerances of a mapping from keys to texts.
 
-    Raises:
-        InputError: it is no such mapping, or a text is no tolerance.
+    Raises
+    ------
+    InputError
+        It is no such mapping, or a text is no tolerance.
     """
     if not isinstance(spread, Mapping):
         raise InputError(f"spread = {short(spread)}: must be a mapping of keys to their spread")
@@ -365,9 +371,10 @@ def _mapping(over: Over) -> Over:
 def executor_of(workers: int, scheduler: str | None) -> Executor:
     """Return local processes, or a Dask cluster at an address.
 
-    Raises:
-        InputError: both are given, the number of workers is below one, or ``Cluster`` refuses the
-            address.
+    Raises
+    ------
+    InputError
+        Both are given, the number of workers is below one, or ``Cluster`` refuses the address.
     """
     if workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")

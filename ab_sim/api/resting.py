@@ -386,8 +386,10 @@ def stability_map(
 def _axis(range_: Range) -> Axis:
     """Return a range as an axis.
 
-    Raises:
-        InputError: the range is invalid.
+    Raises
+    ------
+    InputError
+        The range is invalid.
     """
     if not 3 <= len(range_) <= 4:
         raise InputError(f"{range_!r}: must be (key, first, last) or (key, first, last, count)")

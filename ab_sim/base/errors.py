@@ -118,10 +118,14 @@ def exact(value: float) -> str:
 def nearest(word: str, candidates: Iterable[str], similarity: float = 0.5) -> str:
     """Return ``; did you mean 'x'?`` for the most similar name, or an empty text; for errors.
 
-    Args:
-        word: unknown name.
-        candidates: known names.
-        similarity: smallest similarity of a suggestion, from 0 to 1 (equal).
+    Parameters
+    ----------
+    word
+        Unknown name.
+    candidates
+        Known names.
+    similarity
+        Smallest similarity of a suggestion, from 0 to 1 (equal).
     """
     near = difflib.get_close_matches(word, list(candidates), n=1, cutoff=similarity)
     return f"; did you mean {near[0]!r}?" if near else ""

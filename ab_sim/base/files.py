@@ -20,8 +20,10 @@ _SPECIAL = "it is a pipe or a device; write its content to a file first"
 def check_regular(path: Path) -> None:
     """Refuse a pipe or a device, which may block a reader or never end.
 
-    Raises:
-        OSError: the path is a pipe or a device, or does not exist; ``strerror`` has the reason.
+    Raises
+    ------
+    OSError
+        The path is a pipe or a device, or does not exist; ``strerror`` has the reason.
     """
     try:
         mode = path.stat().st_mode
@@ -50,8 +52,10 @@ _LONGEST_NAME = 255
 def _check_name(path: Path, label: str) -> None:
     """Refuse a name that file systems, or libraries that write files, do not support.
 
-    Raises:
-        InputError: the name is not allowed; the message has the path and what is allowed.
+    Raises
+    ------
+    InputError
+        The name is not allowed; the message has the path and what is allowed.
     """
     try:
         lengths = [len(part.encode()) for part in path.parts]
@@ -66,13 +70,19 @@ def _check_name(path: Path, label: str) -> None:
 def check_ending(path: Path, endings: Sequence[str], label: str) -> None:
     """Refuse a file name with another ending than allowed, with which a typo could replace a file.
 
-    Args:
-        path: file to be written.
-        endings: allowed endings.
-        label: name in messages, e.g. ``--plot``.
+    Parameters
+    ----------
+    path
+        File to be written.
+    endings
+        Allowed endings.
+    label
+        Name in messages, e.g. ``--plot``.
 
-    Raises:
-        InputError: the name is not allowed; the message names the path and the allowed endings.
+    Raises
+    ------
+    InputError
+        The name is not allowed; the message names the path and the allowed endings.
     """
     _check_name(path, label)
     if path.is_dir():
@@ -85,12 +95,17 @@ def check_ending(path: Path, endings: Sequence[str], label: str) -> None:
 def check_folder(path: Path, label: str) -> None:
     """Refuse a name of a bag's folder that ends like the name of a bag's file.
 
-    Args:
-        path: path of the folder.
-        label: name in messages, e.g. ``--mcap``.
+    Parameters
+    ----------
+    path
+        Path of the folder.
+    label
+        Name in messages, e.g. ``--mcap``.
 
-    Raises:
-        InputError: the name is not allowed; the message names the path and an allowed one.
+    Raises
+    ------
+    InputError
+        The name is not allowed; the message names the path and an allowed one.
     """
     _check_name(path, label)
     if path.suffix.lower() in _BAG_FILE:
@@ -103,13 +118,19 @@ def check_folder(path: Path, label: str) -> None:
 def check_writable(path: Path, label: str, replaced: bool = True) -> None:
     """Refuse a file that cannot be written.
 
-    Args:
-        path: the file.
-        label: name in messages, e.g. ``--plot``.
-        replaced: whether an existing file is replaced; otherwise another one is created next to it.
+    Parameters
+    ----------
+    path
+        The file.
+    label
+        Name in messages, e.g. ``--plot``.
+    replaced
+        Whether an existing file is replaced; otherwise another one is created next to it.
 
-    Raises:
-        InputError: the file cannot be written; the message has path and reason.
+    Raises
+    ------
+    InputError
+        The file cannot be written; the message has path and reason.
     """
     _check_name(path, label)
     try:
@@ -136,12 +157,17 @@ def check_can_be_made(folder: Path, label: str) -> None:
 
     It is created with the first file.
 
-    Args:
-        folder: the folder.
-        label: name in messages, e.g. ``--out``.
+    Parameters
+    ----------
+    folder
+        The folder.
+    label
+        Name in messages, e.g. ``--out``.
 
-    Raises:
-        InputError: the folder cannot be created; the message has folder and reason.
+    Raises
+    ------
+    InputError
+        The folder cannot be created; the message has folder and reason.
     """
     _check_name(folder, label)
     try:
@@ -156,8 +182,10 @@ def check_can_be_made(folder: Path, label: str) -> None:
 def _try_folder(folder: Path) -> None:
     """Write and remove a temporary file, as a test: access rights alone are not sufficient.
 
-    Raises:
-        OSError: the folder cannot be written: no rights or space, or the file system refuses files.
+    Raises
+    ------
+    OSError
+        The folder cannot be written: no rights or space, or the file system refuses files.
     """
     with tempfile.TemporaryFile(dir=folder) as trial:
         trial.write(b"\n")
@@ -170,8 +198,10 @@ def _reason(error: Exception) -> str:
 def write_whole(file: Path, content: bytes) -> None:
     """Write a file atomically, so that readers find either the old or the new content.
 
-    Raises:
-        OSError: the file cannot be written; nothing has changed.
+    Raises
+    ------
+    OSError
+        The file cannot be written; nothing has changed.
     """
     with replacing(file) as unfinished:
         unfinished.write_bytes(content)
@@ -184,8 +214,10 @@ def replacing(file: Path) -> Iterator[Path]:
     After an exception, the temporary file is removed, and nothing has changed. The folder is
     created if missing. If ``file`` is a link, its target is replaced.
 
-    Raises:
-        OSError: the file cannot be written.
+    Raises
+    ------
+    OSError
+        The file cannot be written.
     """
     file = file.resolve()
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -217,12 +249,17 @@ except ImportError:
 def lock(file: IO[bytes] | int, wait: bool = False) -> None:
     """Lock an open file for this process until it is closed.
 
-    Args:
-        file: the file, or its descriptor.
-        wait: whether to wait while another process holds a lock on it.
+    Parameters
+    ----------
+    file
+        The file, or its descriptor.
+    wait
+        Whether to wait while another process holds a lock on it.
 
-    Raises:
-        BlockingIOError: another process holds a lock on it, and ``wait`` is False.
+    Raises
+    ------
+    BlockingIOError
+        Another process holds a lock on it, and ``wait`` is False.
     """
     if fcntl is not None:
         fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -18,8 +18,10 @@ MOST_TIME = 2.0**31
 def whole(value: Any, least: int = -_MOST_WHOLE, most: int = _MOST_WHOLE) -> int:
     """Return a value if it is a whole number within limits.
 
-    Raises:
-        ValueError: the value is not a whole number, or is outside the limits.
+    Raises
+    ------
+    ValueError
+        The value is not a whole number, or is outside the limits.
     """
     if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
         raise ValueError(f"{short(value)} is not a whole number from {least} to {most}")
@@ -29,8 +31,10 @@ def whole(value: Any, least: int = -_MOST_WHOLE, most: int = _MOST_WHOLE) -> int
 def finite(value: Any, least: float = -math.inf, most: float = math.inf) -> float:
     """Return a value if it is a finite number within limits.
 
-    Raises:
-        ValueError: the value is not a finite number, or is outside the limits.
+    Raises
+    ------
+    ValueError
+        The value is not a finite number, or is outside the limits.
     """
     if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
         raise ValueError(f"{short(value)} is not a finite number")
@@ -42,8 +46,10 @@ def finite(value: Any, least: float = -math.inf, most: float = math.inf) -> floa
 def entry(values: Mapping[str, Any], name: str, parse: Callable[[Any], T]) -> T:
     """Return an entry of a stored state, converted by ``parse``.
 
-    Raises:
-        ValueError: the entry is missing, or ``parse`` refuses it.
+    Raises
+    ------
+    ValueError
+        The entry is missing, or ``parse`` refuses it.
     """
     if not isinstance(values, Mapping) or name not in values:
         raise ValueError(f"{name}: is missing; save it again")
@@ -69,8 +75,10 @@ _WRITTEN = re.compile(r"\s*[-+0-9a-zA-Z.]+\s*")
 def number_in(text: str) -> float:
     """Return the number in a text.
 
-    Raises:
-        ValueError: the text is not a number.
+    Raises
+    ------
+    ValueError
+        The text is not a number.
     """
     return float(_checked(text))
 
@@ -78,8 +86,10 @@ def number_in(text: str) -> float:
 def whole_number_in(text: str) -> int:
     """Return the whole number in a text.
 
-    Raises:
-        ValueError: the text is not a whole number.
+    Raises
+    ------
+    ValueError
+        The text is not a whole number.
     """
     return int(_checked(text))
 

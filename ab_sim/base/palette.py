@@ -137,13 +137,19 @@ def distinct(
 
     So the first colours do not depend on the number of colours.
 
-    Args:
-        count: number of colours.
-        first: colours to begin with.
-        avoid: colours with other meanings.
-        lightness: range of the lightness of colours after ``first``, 0 (black) to 1 (white).
-        hues: range of the hues of colours after ``first``, in OKLab [deg]: 30 red, 70 orange, 110
-            yellow, 140 green, 195 cyan, 265 blue, 325 purple.
+    Parameters
+    ----------
+    count
+        Number of colours.
+    first
+        Colours to begin with.
+    avoid
+        Colours with other meanings.
+    lightness
+        Range of the lightness of colours after ``first``, 0 (black) to 1 (white).
+    hues
+        Range of the hues of colours after ``first``, in OKLab [deg]: 30 red, 70 orange, 110 yellow,
+        140 green, 195 cyan, 265 blue, 325 purple.
     """
     chosen = list(first[:count])
     candidates = _candidates(lightness, hues)

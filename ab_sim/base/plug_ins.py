@@ -30,8 +30,10 @@ def load_installed() -> None:
     Every registry calls this function before it is read. A plug-in may read registries while it
     registers.
 
-    Raises:
-        InputError: a module cannot be imported; the message names its package.
+    Raises
+    ------
+    InputError
+        A module cannot be imported; the message names its package.
     """
     global _installed_begun
     with _lock:
@@ -54,12 +56,17 @@ def load_installed() -> None:
 def load_files(files: Iterable[str | Path], option: str = LOAD) -> None:
     """Import plug-in files, each once.
 
-    Args:
-        files: Python files; a module has the name of its file, without `.py`.
-        option: option or parameter that names the files, for messages.
+    Parameters
+    ----------
+    files
+        Python files; a module has the name of its file, without `.py`.
+    option
+        Option or parameter that names the files, for messages.
 
-    Raises:
-        InputError: a file does not exist, has the name of another module, or cannot be imported.
+    Raises
+    ------
+    InputError
+        A file does not exist, has the name of another module, or cannot be imported.
     """
     for file in files:
         path = Path(file).expanduser().resolve()

@@ -8,8 +8,10 @@ _SIZES = {1: 8, 5: 4}  # sizes of numbers of fixed size [bytes], by kind of fiel
 def fields_of(message: bytes) -> dict[int, list[Any]]:
     """Return the values of each field of a message, integers or bytes, by the field's number.
 
-    Raises:
-        ValueError: the message is damaged.
+    Raises
+    ------
+    ValueError
+        The message is damaged.
     """
     fields: dict[int, list[Any]] = {}
     at = 0

@@ -35,9 +35,11 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
     Imports for type checkers, and of the standard library, are omitted. For other installed
     packages, see ``versions``.
 
-    Raises:
-        NotOfSources: a module has no source file; or its file was changed after the start of this
-            process, and may differ from the imported version.
+    Raises
+    ------
+    NotOfSources
+        A module has no source file; or its file was changed after the start of this process, and
+        may differ from the imported version.
     """
     by_module: dict[str, ModuleSource] = {}
     tops = frozenset(module.partition(".")[0] for module in modules)
@@ -53,8 +55,10 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
 def versions(modules: Iterable[str]) -> dict[str, str]:
     """Return the versions of Python and of other packages that modules import.
 
-    Args:
-        modules: result of ``sources``.
+    Parameters
+    ----------
+    modules
+        Result of ``sources``.
     """
     tops = frozenset(module.partition(".")[0] for module in modules)
     versions_by_name = {

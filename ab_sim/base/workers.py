@@ -51,8 +51,10 @@ class Workers:
     is killed while it starts another. Here each process has its own pipe, whose end shows that the
     process has ended.
 
-    Args:
-        count: number of processes; 1: work in this process only.
+    Parameters
+    ----------
+    count
+        Number of processes; 1: work in this process only.
     """
 
     def __init__(self, count: int) -> None:
@@ -80,13 +82,19 @@ class Workers:
     ) -> Iterator[Result]:
         """Yield results in the order of the items, as they are computed.
 
-        Args:
-            function: function of a module, or a ``partial`` of one.
-            items: arguments of the function, one for each call.
-            chunk: number of items that a process gets at a time.
+        Parameters
+        ----------
+        function
+            Function of a module, or a ``partial`` of one.
+        items
+            Arguments of the function, one for each call.
+        chunk
+            Number of items that a process gets at a time.
 
-        Raises:
-            WorkerLost: a worker process has ended.
+        Raises
+        ------
+        WorkerLost
+            A worker process has ended.
         """
         done, spent = 0, 0.0
         while self._threads is None and done < len(items):

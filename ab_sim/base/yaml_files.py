@@ -100,9 +100,11 @@ for _kind in ("int", "float"):
 def read_yaml(text: str) -> Any:
     """Return the content of a YAML text.
 
-    Raises:
-        ValueError: the text is not YAML, or exceeds a limit; the message has no subject, and the
-            caller puts the text's name in front of it.
+    Raises
+    ------
+    ValueError
+        The text is not YAML, or exceeds a limit; the message has no subject, and the caller puts
+        the text's name in front of it.
     """
     if len(text.encode(errors="replace")) > MOST_BYTES:
         raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
@@ -128,9 +130,12 @@ def yaml_text(content: Mapping[str, Any]) -> str:
 def read_yaml_file(path: Path) -> Any:
     """Return the content of a YAML file.
 
-    Raises:
-        ValueError: see ``read_yaml``.
-        OSError: the file cannot be read.
+    Raises
+    ------
+    ValueError
+        See ``read_yaml``.
+    OSError
+        The file cannot be read.
     """
     check_regular(path)
     with path.open("rb") as file:
@@ -164,8 +169,10 @@ _SCENES = Path("config", "scenes")
 def _scene_folder() -> Path:
     """Return the folder of the scenes that come with ab_sim, in a checkout or installed.
 
-    Raises:
-        SceneError: the scenes are not installed.
+    Raises
+    ------
+    SceneError
+        The scenes are not installed.
     """
     here = Path(__file__).resolve()
     checkout = here.parents[2] / _SCENES
@@ -202,11 +209,15 @@ def scene_names() -> list[str]:
 def find_scene(scene: str | Path) -> Path:
     """Return the file of a scene.
 
-    Args:
-        scene: name of a scene that comes with ab_sim, or path of a YAML file.
+    Parameters
+    ----------
+    scene
+        Name of a scene that comes with ab_sim, or path of a YAML file.
 
-    Raises:
-        SceneError: there is no such file or name; the message has the nearest name.
+    Raises
+    ------
+    SceneError
+        There is no such file or name; the message has the nearest name.
     """
     path = Path(scene)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
@@ -232,8 +243,10 @@ def find_scene(scene: str | Path) -> Path:
 def read_scene_file(path: Path) -> dict[str, Any]:
     """Return the content of a scene's file.
 
-    Raises:
-        SceneError: the file cannot be read, or is not a mapping.
+    Raises
+    ------
+    SceneError
+        The file cannot be read, or is not a mapping.
     """
     try:
         raw = read_yaml_file(path)

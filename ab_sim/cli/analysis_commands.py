@@ -20,9 +20,12 @@ class ModesOptions(NamedTuple):
 
     Symbols, signs and angles: docs/conventions.md
 
-    Args:
-        speed SPEED: Spindle speed for the table of modes [rad/s].
-        plot: Draw frequencies and damping over speed (Campbell diagram): .png, .svg or .pdf.
+    Parameters
+    ----------
+    speed SPEED
+        Spindle speed for the table of modes [rad/s].
+    plot
+        Draw frequencies and damping over speed (Campbell diagram): .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -52,8 +55,10 @@ class EquilibriaOptions(NamedTuple):
     The verdicts neglect friction and contact of balls. Symbols, signs and angles:
     docs/conventions.md
 
-    Args:
-        plot: Draw the branches over speed: .png, .svg or .pdf.
+    Parameters
+    ----------
+    plot
+        Draw the branches over speed: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -77,17 +82,23 @@ class StabilityOptions(NamedTuple):
 
     Symbols, signs and angles: docs/conventions.md
 
-    Args:
-        map KEY=RANGE,KEY=RANGE: Keys of the map's two axes, horizontal and vertical. A range is
-            FROM:TO or FROM:TO:COUNT, with 200 values by default; e.g.
-            speed=50:300,balls.mass=0.001:0.004.
-        coarse N: Spacing of the points of the map that are computed first, a power of two. Regions
-            smaller than N by N points may be missed; 1 computes every point. Default: 8.
-        against BALLS: Compare the map with that of another number of balls of the same total mass.
-        each KEY=V,V,...: Further key, with one map for each of its values, e.g.
-            balls.mass=0.001,0.002,0.004. One picture shows the borders of all maps.
-        basin N: Map how runs of the scene end, from N by N start angles of its first two balls.
-        plot: Draw the map or the basin: .png, .svg or .pdf.
+    Parameters
+    ----------
+    map KEY=RANGE,KEY=RANGE
+        Keys of the map's two axes, horizontal and vertical. A range is FROM:TO or FROM:TO:COUNT,
+        with 200 values by default; e.g. speed=50:300,balls.mass=0.001:0.004.
+    coarse N
+        Spacing of the points of the map that are computed first, a power of two. Regions smaller
+        than N by N points may be missed; 1 computes every point. Default: 8.
+    against BALLS
+        Compare the map with that of another number of balls of the same total mass.
+    each KEY=V,V,...
+        Further key, with one map for each of its values, e.g. balls.mass=0.001,0.002,0.004. One
+        picture shows the borders of all maps.
+    basin N
+        Map how runs of the scene end, from N by N start angles of its first two balls.
+    plot
+        Draw the map or the basin: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -117,13 +128,17 @@ class FloquetOptions(NamedTuple):
 
     Symbols, signs and angles: docs/conventions.md
 
-    Args:
-        begin --from START: Start of the search: start (the scene's start), balanced (the balanced
-            position) or settled (the state after some hundreds of turns). Default: all three.
-        over KEY=FROM:TO:COUNT: Follow a solution over the speed, e.g. speed=100:500:41, or over a
-            key of the scene, e.g. race.radius=0.02:0.04:21, and locate the borders of stability.
-        plot: Draw the multipliers in the complex plane; with --over the largest modulus over the
-            parameter: .png, .svg or .pdf.
+    Parameters
+    ----------
+    begin --from START
+        Start of the search: start (the scene's start), balanced (the balanced position) or settled
+        (the state after some hundreds of turns). Default: all three.
+    over KEY=FROM:TO:COUNT
+        Follow a solution over the speed, e.g. speed=100:500:41, or over a key of the scene, e.g.
+        race.radius=0.02:0.04:21, and locate the borders of stability.
+    plot
+        Draw the multipliers in the complex plane; with --over the largest modulus over the
+        parameter: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -152,10 +167,13 @@ class RecoveryOptions(NamedTuple):
 
     Symbols, signs and angles: docs/conventions.md
 
-    Args:
-        drags FROM:TO:COUNT: Range of drag coefficients of the race to compare [N s/m], and their
-            number; they are evenly spaced.
-        plot: Draw settling time and amplitude over drag: .png, .svg or .pdf.
+    Parameters
+    ----------
+    drags FROM:TO:COUNT
+        Range of drag coefficients of the race to compare [N s/m], and their number; they are evenly
+        spaced.
+    plot
+        Draw settling time and amplitude over drag: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -172,9 +190,12 @@ class PaperOptions(NamedTuple):
     The scripts of the papers are in docs/gallery, in the sources of ab_sim. The command writes
     NAME.md, a page of Markdown, and its pictures.
 
-    Args:
-        name NAME: Name of the paper to reproduce. Default: list all papers.
-        out FOLDER: Folder in which the page and its pictures are written.
+    Parameters
+    ----------
+    name NAME
+        Name of the paper to reproduce. Default: list all papers.
+    out FOLDER
+        Folder in which the page and its pictures are written.
     """
 
     name: Annotated[str | None, Argument(show_default=False)] = None

@@ -36,9 +36,12 @@ _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 def export_command(options: ExportOptions) -> Command | None:
     """Write a recording as a bag, if requested, and return the command that writes its tables.
 
-    Raises:
-        InputError: options exclude each other or cannot be used.
-        RecordingError: see `open_recording` and `export_bag`.
+    Raises
+    ------
+    InputError
+        Options exclude each other or cannot be used.
+    RecordingError
+        See `open_recording` and `export_bag`.
     """
     names = options.channels and tuple(name.strip() for name in options.channels.split(","))
     part = formats.Part(options.begin, options.end, options.every, names or None)
@@ -55,10 +58,13 @@ def export_command(options: ExportOptions) -> Command | None:
 def _export_bag(options: ExportOptions, mcap: Path, part: formats.Part) -> None:
     """Write a recording as a bag.
 
-    Raises:
-        InputError: the folder exists or cannot be written, the rate or namespace is invalid, or a
-            part of the recording was requested.
-        RecordingError: see `open_recording` and `export_bag`.
+    Raises
+    ------
+    InputError
+        The folder exists or cannot be written, the rate or namespace is invalid, or a part of the
+        recording was requested.
+    RecordingError
+        See `open_recording` and `export_bag`.
     """
     recording, namespace = options.recording, options.namespace or "/"
     if part != formats.Part():
@@ -130,9 +136,12 @@ def _hangs(run: StoredRun) -> tuple[float, float] | None:
 def import_command(options: ImportOptions) -> None:
     """Convert a bag to recordings.
 
-    Raises:
-        InputError: the recording cannot be written, or exists and was not named by ``--out``.
-        RecordingError: see `import_bag`.
+    Raises
+    ------
+    InputError
+        The recording cannot be written, or exists and was not named by ``--out``.
+    RecordingError
+        See `import_bag`.
     """
     bag, out = options.bag, options.out
     with Bag(bag):
@@ -162,8 +171,10 @@ def import_command(options: ImportOptions) -> None:
 def repair_command(options: RepairOptions) -> None:
     """Repair a bag in place.
 
-    Raises:
-        RecordingError: see `repair_bag`.
+    Raises
+    ------
+    RecordingError
+        See `repair_bag`.
     """
     bag = options.bag
     with progress_bar(bag.name) as update:
@@ -179,9 +190,12 @@ def repair_command(options: RepairOptions) -> None:
 def replay_command(options: ReplayOptions) -> None:
     """Publish a bag again, and exit the process at its end.
 
-    Raises:
-        InputError: ROS 2 is missing, or the rate is invalid.
-        RecordingError: the bag cannot be read.
+    Raises
+    ------
+    InputError
+        ROS 2 is missing, or the rate is invalid.
+    RecordingError
+        The bag cannot be read.
     """
     check_positive("--rate", options.rate, "playback speed factor")
     require_ros("to replay")

@@ -18,11 +18,15 @@ if TYPE_CHECKING:
 def require_ros(purpose: str) -> None:
     """Refuse to continue without ROS 2.
 
-    Args:
-        purpose: purpose of ROS 2, such as "to replay".
+    Parameters
+    ----------
+    purpose
+        Purpose of ROS 2, such as "to replay".
 
-    Raises:
-        InputError: ROS 2 is missing; the message tells how to install it.
+    Raises
+    ------
+    InputError
+        ROS 2 is missing; the message tells how to install it.
     """
     try:
         import rclpy  # noqa: F401
@@ -36,8 +40,10 @@ def require_ros(purpose: str) -> None:
 def check_positive(option: str, value: float, meaning: str) -> None:
     """Refuse a number that is not positive and finite.
 
-    Raises:
-        InputError: the message has the option, its value and its meaning.
+    Raises
+    ------
+    InputError
+        The message has the option, its value and its meaning.
     """
     if not 0.0 < value < math.inf:
         raise InputError(f"{option} {value:g}: {meaning}, must be more than 0 and finite")
@@ -46,8 +52,10 @@ def check_positive(option: str, value: float, meaning: str) -> None:
 def check_speed(speed: float) -> float:
     """Check a spindle speed [rad/s] and return it.
 
-    Raises:
-        InputError: the speed is not a number, too high, or too low.
+    Raises
+    ------
+    InputError
+        The speed is not a number, too high, or too low.
     """
     from ab_sim.analysis.held_speed import SPEEDS, can_be_held
 
@@ -59,13 +67,17 @@ def check_speed(speed: float) -> float:
 def executor_of(workers: int | None, scheduler: str | None) -> "Executor":
     """Return the executor for ``--workers`` and ``--scheduler``.
 
-    Args:
-        workers: number of processes; None: the number of processors.
-        scheduler: address of a cluster's scheduler; None: no cluster.
+    Parameters
+    ----------
+    workers
+        Number of processes; None: the number of processors.
+    scheduler
+        Address of a cluster's scheduler; None: no cluster.
 
-    Raises:
-        InputError: both are given, the number of workers is below one, or ``Cluster`` refuses the
-            address.
+    Raises
+    ------
+    InputError
+        Both are given, the number of workers is below one, or ``Cluster`` refuses the address.
     """
     from ab_sim.base.workers import Workers
     from ab_sim.design.cluster import Cluster
@@ -80,8 +92,10 @@ def executor_of(workers: int | None, scheduler: str | None) -> "Executor":
 def processes(workers: int | None) -> int:
     """Return the number of processes to use.
 
-    Raises:
-        InputError: the number is less than one.
+    Raises
+    ------
+    InputError
+        The number is less than one.
     """
     count = _usable_cores() if workers is None else workers
     if count < 1:
@@ -99,8 +113,10 @@ def _usable_cores() -> int:
 def wanted_metrics(text: str | None) -> tuple[str, ...]:
     """Parse names of metrics separated by commas; for None, return those of a sweep.
 
-    Raises:
-        InputError: a name is unknown; the message has the nearest name and all names.
+    Raises
+    ------
+    InputError
+        A name is unknown; the message has the nearest name and all names.
     """
     from ab_sim.analysis.metrics.metric import metrics_named
     from ab_sim.design.sweep import DEFAULT_METRICS
@@ -115,13 +131,19 @@ def wanted_metrics(text: str | None) -> tuple[str, ...]:
 def share_of(option: str, text: str, must: str) -> float:
     """Parse a share, given as a number or in %.
 
-    Args:
-        option: name without its dashes.
-        text: text of the option.
-        must: allowed values, for the error message.
+    Parameters
+    ----------
+    option
+        Name without its dashes.
+    text
+        Text of the option.
+    must
+        Allowed values, for the error message.
 
-    Raises:
-        InputError: the text is not a number.
+    Raises
+    ------
+    InputError
+        The text is not a number.
     """
     plain = text.strip()
     try:

@@ -4,7 +4,6 @@ import copy
 import importlib
 import inspect
 import re
-import textwrap
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_type_hints
@@ -16,7 +15,7 @@ Options = TypeVar("Options", bound=type[tuple[Any, ...]])
 
 
 class Described(NamedTuple):
-    """Description of an option, from the entry ``FIELD [--NAME] [METAVAR]: HELP`` of ``Args``."""
+    """Description of an option: ``FIELD [--NAME] [METAVAR]``, and below it the help, indented."""
 
     names: list[str]
     """Name of the option, if it differs from that of the field; empty otherwise."""
@@ -39,14 +38,17 @@ class Heading(typer.Typer):
         """Return a decorator that registers a NamedTuple ``NameOptions`` as the command ``name``.
 
         Each field is an option, or an argument if its type is an ``Argument``. Its help is in the
-        section ``Args`` of the docstring; shared types, as ``SceneName``, have their own help. A
-        field ``scene`` names a scene to be read; ``json`` and ``plot`` are files of a ``Command``.
+        section ``Parameters`` of the docstring; shared types, as ``SceneName``, have their own
+        help. A field ``scene`` names a scene to be read; ``json`` and ``plot`` are files of a
+        ``Command``.
 
-        Args:
-            work: ``module:function``, imported on the call, because most modules take long to
-                import. The function takes the options. It prints its result, or returns a
-                ``Command`` to run.
-            settings: settings of typer's ``command``.
+        Parameters
+        ----------
+        work
+            ``module:function``, imported on the call, because most modules take long to import. The
+            function takes the options. It prints its result, or returns a ``Command`` to run.
+        settings
+            Settings of typer's ``command``.
         """
 
         def register(options: Options) -> Options:
@@ -75,18 +77,19 @@ class Heading(typer.Typer):
 def described(text: str) -> tuple[str, dict[str, Described]]:
     """Split the docstring of an options class.
 
-    Returns:
-        Help of the command, and the descriptions in the section ``Args``, by field.
+    Returns
+    -------
+    tuple[str, dict[str, Described]]
+        Help of the command, and the descriptions in the section ``Parameters``, by field.
     """
-    help_, _, section = text.partition("\nArgs:\n")
-    entries = re.split(r"\n(?=\S)", textwrap.dedent(section).strip()) if section else []
+    help_, _, section = text.partition("\nParameters\n----------\n")
     descriptions = {}
-    for entry in entries:
-        head, _, words = " ".join(entry.split()).partition(": ")
+    for entry in re.split(r"\n(?=\S)", section.strip()) if section else []:
+        head, _, words = entry.partition("\n")
         field, *rest = head.split()
         names = [word for word in rest if word.startswith("--")]
         metavar = " ".join(word for word in rest if word not in names) or None
-        descriptions[field] = Described(names, metavar, words)
+        descriptions[field] = Described(names, metavar, " ".join(words.split()))
     return help_.rstrip(), descriptions
 
 

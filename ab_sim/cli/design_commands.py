@@ -39,31 +39,50 @@ class SizeOptions(NamedTuple):
     If no balancer fits, the command prints the reason and a remedy, with exit code 1. Finished runs
     are cached.
 
-    Args:
-        mass MASS: Mass of everything that moves on the suspension, without balls, e.g. '100 g'.
-        critical SPEED: Critical speed without balls, e.g. '100 rad/s'.
-        speed SPEED: Running speed, above the critical speed, e.g. '200 rad/s'.
-        race_radius LENGTH: Inner radius of the wall that balls roll on, e.g. '12 mm'.
-        race_width LENGTH: Width of the race, which limits the balls' diameter, e.g. '4 mm'.
-        unbalance UNBALANCE: Largest unbalance, e.g. '0.3 g cm'; or LEAST..LARGEST: each
-            value in this range is equally likely.
-        grade GRADE: Balance grade of the rotors by ISO 21940-11, e.g. G6.3, instead of
-            --unbalance.
-        damping_ratio RATIO: Damping ratio of the suspension, c / (2 sqrt(k M)).
-        acceleration ACCELERATION: Angular acceleration of the start-up, e.g. '40 rad/s^2'.
-            Default: the running speed is reached within 1 s.
-        settle TIME: Time from reaching the running speed within which a drive must be balanced.
-        density DENSITY: Material of the balls: steel, ceramic or tungsten carbide; or their
-            density, e.g. '7.8 g/cm^3'.
-        balls FROM..TO: Numbers of balls to try, from 2 to 12.
-        share PERCENT: Share of drives that must be balanced in time.
-        residual PERCENT: Residual unbalance up to which a drive counts as balanced, in percent of
-            the largest unbalance.
-        drag_tolerance PERCENT: Tolerance of the drag of built drives.
-        friction_arm LENGTH: Lever arm of the balls' rolling friction in the runs, e.g. '0.1 um'.
-        runs N: Number of simulated drives that check each prediction.
-        scene_file --scene FILE: Write the sized drive as a scene: .yaml.
-        plot: Draw drag windows, and predicted and observed shares: .png, .svg or .pdf.
+    Parameters
+    ----------
+    mass MASS
+        Mass of everything that moves on the suspension, without balls, e.g. '100 g'.
+    critical SPEED
+        Critical speed without balls, e.g. '100 rad/s'.
+    speed SPEED
+        Running speed, above the critical speed, e.g. '200 rad/s'.
+    race_radius LENGTH
+        Inner radius of the wall that balls roll on, e.g. '12 mm'.
+    race_width LENGTH
+        Width of the race, which limits the balls' diameter, e.g. '4 mm'.
+    unbalance UNBALANCE
+        Largest unbalance, e.g. '0.3 g cm'; or LEAST..LARGEST: each value in this range is equally
+        likely.
+    grade GRADE
+        Balance grade of the rotors by ISO 21940-11, e.g. G6.3, instead of --unbalance.
+    damping_ratio RATIO
+        Damping ratio of the suspension, c / (2 sqrt(k M)).
+    acceleration ACCELERATION
+        Angular acceleration of the start-up, e.g. '40 rad/s^2'. Default: the running speed is
+        reached within 1 s.
+    settle TIME
+        Time from reaching the running speed within which a drive must be balanced.
+    density DENSITY
+        Material of the balls: steel, ceramic or tungsten carbide; or their density, e.g. '7.8
+        g/cm^3'.
+    balls FROM..TO
+        Numbers of balls to try, from 2 to 12.
+    share PERCENT
+        Share of drives that must be balanced in time.
+    residual PERCENT
+        Residual unbalance up to which a drive counts as balanced, in percent of the largest
+        unbalance.
+    drag_tolerance PERCENT
+        Tolerance of the drag of built drives.
+    friction_arm LENGTH
+        Lever arm of the balls' rolling friction in the runs, e.g. '0.1 um'.
+    runs N
+        Number of simulated drives that check each prediction.
+    scene_file --scene FILE
+        Write the sized drive as a scene: .yaml.
+    plot
+        Draw drag windows, and predicted and observed shares: .png, .svg or .pdf.
     """
 
     mass: str
@@ -110,16 +129,21 @@ class SweepOptions(NamedTuple):
     `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
     file directly.
 
-    Args:
-        over KEY=VALUES: Key to vary, and its values: KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT
-            (logarithmic steps) or KEY=V,V,...; with --design, KEY=FROM..TO. Any key of the scene,
-            in SI units or with a unit. Repeatable: all combinations are run.
-        design sobol:N|lhs:N: N points that fill the ranges, instead of a grid: a scrambled Sobol
-            sequence (N a power of 2) or a Latin hypercube.
-        metrics NAME,NAME,...: Metrics to compute; `ab-sim metrics` lists them. Default:
-            final_whirl_over_e, in_band_from, peak_whirl_over_e, residual_unbalance.
-        plot: Draw the metrics over one key, maps over two keys, or runs over pairs of keys: .png,
-            .svg or .pdf.
+    Parameters
+    ----------
+    over KEY=VALUES
+        Key to vary, and its values: KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT (logarithmic steps)
+        or KEY=V,V,...; with --design, KEY=FROM..TO. Any key of the scene, in SI units or with a
+        unit. Repeatable: all combinations are run.
+    design sobol:N|lhs:N
+        N points that fill the ranges, instead of a grid: a scrambled Sobol sequence (N a power of
+        2) or a Latin hypercube.
+    metrics NAME,NAME,...
+        Metrics to compute; `ab-sim metrics` lists them. Default: final_whirl_over_e, in_band_from,
+        peak_whirl_over_e, residual_unbalance.
+    plot
+        Draw the metrics over one key, maps over two keys, or runs over pairs of keys: .png, .svg or
+        .pdf.
     """
 
     scene: SceneName
@@ -158,21 +182,31 @@ class TuneOptions(NamedTuple):
     The same seed gives the same result. Finished runs are cached: after an interruption, the same
     command continues.
 
-    Args:
-        vary KEY=FROM..TO: Key to choose, and its range; KEY=log:FROM..TO searches on a
-            logarithmic scale. Keys like balls.count get whole numbers only. Repeatable.
-        minimise METRIC: Metric to minimise; `ab-sim metrics` lists metrics.
-        maximise METRIC: Metric to maximise, instead of --minimise.
-        subject_to BOUND: Bound that must hold, e.g. 'final_whirl_over_e<0.2', balanced,
-            'not balls_circulate'. Repeatable.
-        spread KEY=SPREAD: Tolerance of a key of built drives, as in `ab-sim robust`, e.g.
-            balls.mass=5%. Repeatable.
-        draws N: With --spread, number of drives that are simulated for each candidate.
-        share PERCENT: With --spread, share of a candidate's drives that must settle within all
-            bounds; the worst metric among the best of them judges the candidate.
-        runs N: Approximate largest number of runs.
-        best_scene --scene FILE: Write the best scene: .yaml.
-        plot: Draw the metric of the candidates over each key: .png, .svg or .pdf.
+    Parameters
+    ----------
+    vary KEY=FROM..TO
+        Key to choose, and its range; KEY=log:FROM..TO searches on a logarithmic scale. Keys like
+        balls.count get whole numbers only. Repeatable.
+    minimise METRIC
+        Metric to minimise; `ab-sim metrics` lists metrics.
+    maximise METRIC
+        Metric to maximise, instead of --minimise.
+    subject_to BOUND
+        Bound that must hold, e.g. 'final_whirl_over_e<0.2', balanced, 'not balls_circulate'.
+        Repeatable.
+    spread KEY=SPREAD
+        Tolerance of a key of built drives, as in `ab-sim robust`, e.g. balls.mass=5%. Repeatable.
+    draws N
+        With --spread, number of drives that are simulated for each candidate.
+    share PERCENT
+        With --spread, share of a candidate's drives that must settle within all bounds; the worst
+        metric among the best of them judges the candidate.
+    runs N
+        Approximate largest number of runs.
+    best_scene --scene FILE
+        Write the best scene: .yaml.
+    plot
+        Draw the metric of the candidates over each key: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -210,27 +244,37 @@ class RobustOptions(NamedTuple):
     Finished runs are cached: with more --runs, a finer --until, or after an interruption, the
     command continues. Results do not depend on the number of processes.
 
-    Args:
-        spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% or '0.1 mm' (standard
-            deviation of a normal distribution about the scene's value), normal:MEAN,SD,
-            lognormal:MEDIAN,40%, uniform:LOW,HIGH, uniform:5%, discrete:V,V,...;
-            start.ball_angles=random. After a comma: low=NUMBER, high=NUMBER (limits), 'per ball'
-            (a draw for each ball), group=NAME (one draw for all keys of the group). Repeatable,
-            also for the same key.
-        spread_from FILE: Uncertainty of a fitted scene, from the JSON of `ab-sim identify`: its
-            values with their correlations, in addition to --spread.
-        runs N: Number of drives; with --until, the smallest number.
-        until PERCENT: Run more drives until the half-width of the interval of the share is at most
-            this, e.g. 0.1%.
-        balanced CONDITION: Condition for a balanced drive, in addition to a settled run, e.g.
-            'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the metric balanced.
-        metrics NAME,NAME,...: Metrics to report quantiles of. Default: those of `ab-sim sweep`.
-        against SCENE: Scene of another design to compare with; it is run with the same draws.
-        sobol N: Number N of pairs of drives for the Sobol indices, a power of 2; 0: no Sobol
-            indices. Each spread or group costs N further runs. Default: the largest N whose further
-            runs are at most half of --runs, or 0 if this N is below 128.
-        worst FOLDER: Write the scenes of the ten worst runs to a folder.
-        plot: Draw distributions of the metrics, and the Sobol indices: .png, .svg or .pdf.
+    Parameters
+    ----------
+    spread KEY=SPREAD
+        Tolerance of a key, e.g. balls.mass=5%. Forms: 5% or '0.1 mm' (standard deviation of a
+        normal distribution about the scene's value), normal:MEAN,SD, lognormal:MEDIAN,40%,
+        uniform:LOW,HIGH, uniform:5%, discrete:V,V,...; start.ball_angles=random. After a comma:
+        low=NUMBER, high=NUMBER (limits), 'per ball' (a draw for each ball), group=NAME (one draw
+        for all keys of the group). Repeatable, also for the same key.
+    spread_from FILE
+        Uncertainty of a fitted scene, from the JSON of `ab-sim identify`: its values with their
+        correlations, in addition to --spread.
+    runs N
+        Number of drives; with --until, the smallest number.
+    until PERCENT
+        Run more drives until the half-width of the interval of the share is at most this, e.g.
+        0.1%.
+    balanced CONDITION
+        Condition for a balanced drive, in addition to a settled run, e.g.
+        'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the metric balanced.
+    metrics NAME,NAME,...
+        Metrics to report quantiles of. Default: those of `ab-sim sweep`.
+    against SCENE
+        Scene of another design to compare with; it is run with the same draws.
+    sobol N
+        Number N of pairs of drives for the Sobol indices, a power of 2; 0: no Sobol indices. Each
+        spread or group costs N further runs. Default: the largest N whose further runs are at most
+        half of --runs, or 0 if this N is below 128.
+    worst FOLDER
+        Write the scenes of the ten worst runs to a folder.
+    plot
+        Draw distributions of the metrics, and the Sobol indices: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -265,11 +309,15 @@ class SensitivityOptions(NamedTuple):
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 
-    Args:
-        of METRIC,...: Metrics to differentiate; `ab-sim metrics` lists them.
-        to KEY,...: Keys to change, e.g. balls.mass,rotor.eccentricity,start.ball_angles.0.
-            Default: all keys that act on the scene's motion.
-        plot: Draw elasticities (percent per percent) as bars: .png, .svg or .pdf.
+    Parameters
+    ----------
+    of METRIC,...
+        Metrics to differentiate; `ab-sim metrics` lists them.
+    to KEY,...
+        Keys to change, e.g. balls.mass,rotor.eccentricity,start.ball_angles.0. Default: all keys
+        that act on the scene's motion.
+    plot
+        Draw elasticities (percent per percent) as bars: .png, .svg or .pdf.
     """
 
     scene: SceneName

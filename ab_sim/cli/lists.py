@@ -41,8 +41,10 @@ _WHOLE = 2000
 def print_scenes(options: ScenesOptions) -> None:
     """Print a line for each scene in the package, or the description of a scene.
 
-    Raises:
-        SceneError: there is no such scene, or it cannot be read.
+    Raises
+    ------
+    SceneError
+        There is no such scene, or it cannot be read.
     """
     if options.name is not None:
         _print_scene(options.name)
@@ -79,8 +81,10 @@ def _print_scene(name: str) -> None:
 def print_keys(options: KeysOptions) -> None:
     """Print the keys of a scene, or of one section.
 
-    Raises:
-        InputError: there is no such section; the message names the nearest.
+    Raises
+    ------
+    InputError
+        There is no such section; the message names the nearest.
     """
     from ab_sim.scene.keys import SceneKey, scene_keys
 
@@ -90,8 +94,10 @@ def print_keys(options: KeysOptions) -> None:
 def print_schema(options: SchemaOptions) -> None:
     """Print the JSON Schema of a scene file.
 
-    Raises:
-        InputError: the file cannot be written.
+    Raises
+    ------
+    InputError
+        The file cannot be written.
     """
     from ab_sim.scene.schema import scene_schema
 
@@ -104,8 +110,10 @@ def print_schema(options: SchemaOptions) -> None:
 def print_metrics(options: MetricsOptions) -> None:
     """Print the metrics of runs, or one of them.
 
-    Raises:
-        InputError: the name is unknown; the message has the nearest name and all names.
+    Raises
+    ------
+    InputError
+        The name is unknown; the message has the nearest name and all names.
     """
     from ab_sim.analysis.metrics import described_metrics
 
@@ -144,8 +152,10 @@ def _print_wide(table: Table) -> None:
 def print_effects(options: EffectsOptions) -> None:
     """Print meaning, equation, source and parameters of effects, or all their formulas.
 
-    Raises:
-        InputError: the name is unknown; the message has the nearest name and all names.
+    Raises
+    ------
+    InputError
+        The name is unknown; the message has the nearest name and all names.
     """
     from ab_sim.scene.registry import effect_classes, effect_parameters
 

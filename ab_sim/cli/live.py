@@ -41,8 +41,10 @@ GLANCE = 0.1
 def _check_view_option(view: str) -> None:
     """Refuse a ``--view`` that cannot show anything.
 
-    Raises:
-        InputError: the viewer is not available; the message lists the allowed ones.
+    Raises
+    ------
+    InputError
+        The viewer is not available; the message lists the allowed ones.
     """
     if view == NOWHERE:
         return
@@ -78,8 +80,10 @@ def _start_run(live: "LiveRun", view: str, now: bool) -> None:
 def _wait_for_page(live: "LiveRun") -> None:
     """Wait until a browser shows the page, or until Enter.
 
-    Raises:
-        Interrupted: Ctrl-C was pressed; the empty recording is removed.
+    Raises
+    ------
+    Interrupted
+        Ctrl-C was pressed; the empty recording is removed.
     """
     results.print("the run starts when the page is open, or with Enter   (Ctrl-C ends it)")
     try:
@@ -123,9 +127,12 @@ def _enter_pressed() -> bool:
 def _follow_run(live: "LiveRun", scene: Scene, duration: float) -> None:
     """Show a run in the terminal until it has lasted for a duration, in simulated time [s].
 
-    Raises:
-        AbSimError: a node failed.
-        Interrupted: the run was interrupted.
+    Raises
+    ------
+    AbSimError
+        A node failed.
+    Interrupted
+        The run was interrupted.
     """
     with _display(scene, duration) as show:
         while live.elapsed < duration:
@@ -189,9 +196,12 @@ _RECORDINGS = Path("recordings")
 def run_live(options: LiveOptions) -> None:
     """Run a scene live until its duration is over or Ctrl-C.
 
-    Raises:
-        InputError: ROS 2 is missing, an argument is invalid, or another drive is running.
-        AbSimError: a node failed; the message has its last output.
+    Raises
+    ------
+    InputError
+        ROS 2 is missing, an argument is invalid, or another drive is running.
+    AbSimError
+        A node failed; the message has its last output.
     """
     view, record = options.view, options.record
     _check_view_option(view)
@@ -239,9 +249,12 @@ REPORT = "ab_sim.cli.startup_report"
 def run_demo(options: DemoOptions) -> None:
     """Run the demo, and write ``startup.rrd`` and ``startup.png`` into ``--out``.
 
-    Raises:
-        InputError: ROS 2 is missing, the folder cannot be written, or another drive is running.
-        AbSimError: a node failed; the message names its log.
+    Raises
+    ------
+    InputError
+        ROS 2 is missing, the folder cannot be written, or another drive is running.
+    AbSimError
+        A node failed; the message names its log.
     """
     out, view = options.out, options.view
     _check_view_option(view)

@@ -55,12 +55,18 @@ class LiveRun:
 
     For a scene without a profile, no profile controller is started.
 
-    Args:
-        scene: scene of the run.
-        source: name or file from which the nodes read the scene.
-        changes: changes to the scene, each ``key=value``.
-        recorder: parameters of the recorder; None: no recorder.
-        logs: folder for the nodes' output.
+    Parameters
+    ----------
+    scene
+        Scene of the run.
+    source
+        Name or file from which the nodes read the scene.
+    changes
+        Changes to the scene, each ``key=value``.
+    recorder
+        Parameters of the recorder; None: no recorder.
+    logs
+        Folder for the nodes' output.
     """
 
     def __init__(
@@ -126,9 +132,12 @@ class LiveRun:
     def wait_until_ready(self) -> None:
         """Wait until all nodes and the viewer, if any, are up and the services answer.
 
-        Raises:
-            AbSimError: the nodes do not start within ``_READY``, or one of them has exited.
-            InputError: another simulator is running on this domain.
+        Raises
+        ------
+        AbSimError
+            The nodes do not start within ``_READY``, or one of them has exited.
+        InputError
+            Another simulator is running on this domain.
         """
 
         def ready() -> bool:
@@ -178,9 +187,12 @@ class LiveRun:
     def spin(self, seconds: float) -> None:
         """Process messages of the nodes for a while.
 
-        Raises:
-            AbSimError: a node has exited, or the drive has become silent.
-            Interrupted: the run was interrupted.
+        Raises
+        ------
+        AbSimError
+            A node has exited, or the drive has become silent.
+        Interrupted
+            The run was interrupted.
         """
         until = time.monotonic() + seconds
         while time.monotonic() < until:
@@ -196,11 +208,15 @@ class LiveRun:
     def stop_drive(self) -> dict[str, str]:
         """End the drive and its controller; the recorder remains, so that a viewer shows the run.
 
-        Returns:
+        Returns
+        -------
+        dict[str, str]
             Figures of the run, ready to print.
 
-        Raises:
-            AbSimError: a node did not exit cleanly.
+        Raises
+        ------
+        AbSimError
+            A node did not exit cleanly.
         """
         self._stopping.clear()  # ends the nodes in order; another Ctrl-C ends them immediately
         wall = self._wall[1] - self._wall[0]
@@ -228,8 +244,10 @@ class LiveRun:
     def stop(self) -> None:
         """End the remaining nodes, the recorder last.
 
-        Raises:
-            AbSimError: a node did not exit cleanly.
+        Raises
+        ------
+        AbSimError
+            A node did not exit cleanly.
         """
         self._stopping.clear()
         self._began = None
@@ -238,8 +256,10 @@ class LiveRun:
     def _end_nodes(self, *names: str) -> None:
         """Let nodes exit, and wait for them.
 
-        Raises:
-            AbSimError: a node did not exit in time, or with an error.
+        Raises
+        ------
+        AbSimError
+            A node did not exit in time, or with an error.
         """
         for name in names:
             self._request_exit(name)
@@ -349,8 +369,10 @@ class LiveRun:
     def _call(self, client: Client[Any, Any], request: Any) -> None:
         """Call a service until it succeeds.
 
-        Raises:
-            AbSimError: the service does not answer in time, or still refuses then.
+        Raises
+        ------
+        AbSimError
+            The service does not answer in time, or still refuses then.
         """
         service = client.srv_name
         # Nodes discover each other gradually: a request that is refused now may soon be granted.

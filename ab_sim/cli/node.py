@@ -39,16 +39,25 @@ def call_service(
 ) -> None:
     """Set the node's parameters that a service reads, call the service, and print the answer.
 
-    Args:
-        command: command that calls the service.
-        words: arguments of the command, by parameter.
-        namespace: ROS namespace of the node.
-        name: name of the node.
-        wait: longest time to wait for the node [s].
+    Parameters
+    ----------
+    command
+        Command that calls the service.
+    words
+        Arguments of the command, by parameter.
+    namespace
+        ROS namespace of the node.
+    name
+        Name of the node.
+    wait
+        Longest time to wait for the node [s].
 
-    Raises:
-        InputError: an argument is invalid, or the node is not running.
-        Refused: the node refused; the text is its answer.
+    Raises
+    ------
+    InputError
+        An argument is invalid, or the node is not running.
+    Refused
+        The node refused; the text is its answer.
     """
     values = parameter_values(command, words)
     with _calling(namespace, name, wait) as (caller, node):
@@ -82,8 +91,10 @@ def call_service(
 def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[str, Any]:
     """Return the node's parameters that the command's arguments set, by name.
 
-    Raises:
-        InputError: an argument is invalid.
+    Raises
+    ------
+    InputError
+        An argument is invalid.
     """
     values = {}
     for argument in command.arguments:
@@ -107,9 +118,12 @@ def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[
 def set_command(options: SetOptions) -> None:
     """Set parameters of a node.
 
-    Raises:
-        InputError: an argument is invalid, or the node is not running.
-        Refused: the node refused; the text is its answer.
+    Raises
+    ------
+    InputError
+        An argument is invalid, or the node is not running.
+    Refused
+        The node refused; the text is its answer.
     """
     values = {}
     for word in options.values:
@@ -133,8 +147,10 @@ def value_of(text: str) -> Any:
     Unlike in YAML, `1e-4` is a number. A mapping, such as a profile in braces, remains a text,
     because no parameter of a node is a mapping.
 
-    Raises:
-        InputError: the text is not YAML.
+    Raises
+    ------
+    InputError
+        The text is not YAML.
     """
     try:
         value = float(text) if _EXPONENT.fullmatch(text.strip()) else read_yaml(text)
@@ -146,8 +162,10 @@ def value_of(text: str) -> Any:
 def get_command(options: GetOptions) -> None:
     """Print parameters of a node.
 
-    Raises:
-        InputError: an argument is invalid, or the node is not running.
+    Raises
+    ------
+    InputError
+        An argument is invalid, or the node is not running.
     """
     with _calling(options.namespace, options.node, options.wait) as (caller, node):
         from ab_sim.nodes.caller import PARAMETERS
@@ -171,10 +189,14 @@ def _calling(namespace: str, name: str, wait: float) -> Iterator[tuple["Caller",
 def speed_command(options: CommandOptions) -> None:
     """Command a drive's speed, and print the drive's reaction.
 
-    Raises:
-        InputError: an argument is invalid, or no drive is running.
-        CommandError: the speed exceeds the drive's limit.
-        Refused: the drive does not follow commands now.
+    Raises
+    ------
+    InputError
+        An argument is invalid, or no drive is running.
+    CommandError
+        The speed exceeds the drive's limit.
+    Refused
+        The drive does not follow commands now.
     """
     speed = _speed(options.speed)
     node = _full_name(options.namespace, options.node, options.wait)
@@ -203,8 +225,10 @@ def speed_command(options: CommandOptions) -> None:
 def _speed(text: str) -> float:
     """Return a speed [rad/s] from text such as `150` or `1500 rpm`.
 
-    Raises:
-        InputError: the text is not a finite number, or its unit is not a unit of angular speed.
+    Raises
+    ------
+    InputError
+        The text is not a finite number, or its unit is not a unit of angular speed.
     """
     if re.match(r"--?[A-Za-z]", text):
         raise InputError(f"{text}: `ab-sim node command` has no such option")
@@ -222,8 +246,10 @@ def _speed(text: str) -> float:
 def list_command(options: ListOptions) -> None:
     """Print the running nodes and their services.
 
-    Raises:
-        InputError: ``--wait`` is invalid, or no node is running.
+    Raises
+    ------
+    InputError
+        ``--wait`` is invalid, or no node is running.
     """
     _check_wait(options.wait)
     require_ros("to list nodes")

@@ -290,8 +290,10 @@ class CommandOptions(NamedTuple):
     Publishes one message on the drive's topic spindle/command. The drive changes its speed with the
     largest acceleration allowed, and holds the new speed until the next command.
 
-    Args:
-        speed SPEED: Target speed [rad/s]; or with a unit, e.g. '1500 rpm'.
+    Parameters
+    ----------
+    speed SPEED
+        Target speed [rad/s]; or with a unit, e.g. '1500 rpm'.
     """
 
     speed: Annotated[str, Argument()]
@@ -304,8 +306,10 @@ class CommandOptions(NamedTuple):
 class SetOptions(NamedTuple):
     """Set ROS parameters of a node; if the node refuses one, none is set.
 
-    Args:
-        values NAME=VALUE...: Parameters with their new values in YAML, e.g. speed_factor=2.0.
+    Parameters
+    ----------
+    values NAME=VALUE...
+        Parameters with their new values in YAML, e.g. speed_factor=2.0.
     """
 
     values: Annotated[list[str], Argument()]
@@ -318,8 +322,10 @@ class SetOptions(NamedTuple):
 class GetOptions(NamedTuple):
     """Print ROS parameters of a node in the form of a parameter file.
 
-    Args:
-        names [NAME]...: Names of parameters. Default: all.
+    Parameters
+    ----------
+    names [NAME]...
+        Names of parameters. Default: all.
     """
 
     names: Annotated[list[str] | None, Argument(show_default=False)] = None

@@ -24,8 +24,10 @@ from ab_sim.base.presentation import finite
 class PlainConsole(Console):
     """Console for plain text: no markup, and control characters in texts are made visible.
 
-    Args:
-        aside: whether to write to standard error.
+    Parameters
+    ----------
+    aside
+        Whether to write to standard error.
     """
 
     def __init__(self, aside: bool = False) -> None:
@@ -73,8 +75,10 @@ def write_json(report: dict[str, Any], file: str) -> None:
 
     Non-finite numbers become null, with their reasons in ``not_finite``.
 
-    Raises:
-        InputError: the file cannot be written; the message has the reason.
+    Raises
+    ------
+    InputError
+        The file cannot be written; the message has the reason.
     """
     text = json.dumps(finite(report), indent=1, allow_nan=False)
     if file == "-":

@@ -24,8 +24,10 @@ _DOCS = Path(__file__).parents[2] / "docs"
 def gallery() -> ModuleType:
     """Return the package of papers, which is part of the sources of ab_sim.
 
-    Raises:
-        InputError: ab_sim was installed without its sources.
+    Raises
+    ------
+    InputError
+        ab_sim was installed without its sources.
     """
     if not (_DOCS / "gallery" / "__init__.py").is_file():
         raise InputError(

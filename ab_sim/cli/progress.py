@@ -71,9 +71,12 @@ def _lines(name: str) -> Iterator[Progress]:
 def interruptible(name: str, kept_files: str) -> Iterator[Progress]:
     """Show a bar, and raise ``Interrupted`` at the next progress report after Ctrl-C.
 
-    Args:
-        name: name of the work, in front of the bar.
-        kept_files: text on the files that remain, for the message.
+    Parameters
+    ----------
+    name
+        Name of the work, in front of the bar.
+    kept_files
+        Text on the files that remain, for the message.
     """
     with in_order() as stopping, progress_bar(name) as show:
 

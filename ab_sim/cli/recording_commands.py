@@ -34,10 +34,14 @@ class ReportOptions(NamedTuple):
 
     Symbols, signs and angles: docs/conventions.md
 
-    Args:
-        recordings FILE...: Recordings of runs: .rrd; several are shown side by side.
-        png FILE: Draw all figures in one picture: .png.
-        html FILE: Write a self-contained web page with zoomable figures: .html.
+    Parameters
+    ----------
+    recordings FILE...
+        Recordings of runs: .rrd; several are shown side by side.
+    png FILE
+        Draw all figures in one picture: .png.
+    html FILE
+        Write a self-contained web page with zoomable figures: .html.
     """
 
     recordings: Annotated[list[Path], Argument()]
@@ -64,8 +68,10 @@ class CompareOptions(NamedTuple):
 
     Symbols, signs and angles: docs/conventions.md
 
-    Args:
-        plot: Draw recorded and simulated channels, and their difference: .png, .svg or .pdf.
+    Parameters
+    ----------
+    plot
+        Draw recorded and simulated channels, and their difference: .png, .svg or .pdf.
     """
 
     recording: Recording
@@ -95,27 +101,42 @@ class IdentifyOptions(NamedTuple):
 
     Exit codes: 0 done, for any verdict, 2 bad input, 130 interrupted.
 
-    Args:
-        recordings FILE...: Recordings of the drive: .rrd, .csv, .parquet, or a ROS bag's folder.
-        scene SCENE: Scene to start from: the drive as far as it is known.
-        fit KEY,KEY,...: Keys of the scene to fit, e.g. rotor.eccentricity.
-        bounds KEY=LOW..HIGH: Search range of a key. Default: within a factor of 10. Repeatable.
-        without_balls FILE: Further recording, made without balls. Not needed for recordings of
-            ab_sim, whose scene has the number of balls. Repeatable.
-        hold_out FILE: Recording that is not fitted but predicted, to test the fit. Repeatable.
-        map FILE: Meanings of the columns of .csv and .parquet files, as YAML: one file for all
-            recordings, or one for each in their order.
-        signal displacement|acceleration|SENSOR: Signal to fit in recordings of ab_sim. Default: the
-            readings of the first sensor, else the deck's displacement.
-        free gain,bias,delay,disc_angle: Unknowns to fit for each recording, in addition to --fit:
-            gain, bias and delay of its signals, and the angle of its disc.
-        trial_mass NAME=MASS: Mass clamped to the deck for a recording, e.g. 'run-2=5 g'; it
-            determines the deck's mass. Repeatable.
-        hold_open: Keep the scene's numbers for values that the recordings cannot determine, or fit
-            them nevertheless.
-        out FILE: Write the fitted scene: .yaml.
-        html FILE: Write the result as a self-contained web page: .html.
-        plot: Draw measured and fitted signals: .png, .svg or .pdf.
+    Parameters
+    ----------
+    recordings FILE...
+        Recordings of the drive: .rrd, .csv, .parquet, or a ROS bag's folder.
+    scene SCENE
+        Scene to start from: the drive as far as it is known.
+    fit KEY,KEY,...
+        Keys of the scene to fit, e.g. rotor.eccentricity.
+    bounds KEY=LOW..HIGH
+        Search range of a key. Default: within a factor of 10. Repeatable.
+    without_balls FILE
+        Further recording, made without balls. Not needed for recordings of ab_sim, whose scene has
+        the number of balls. Repeatable.
+    hold_out FILE
+        Recording that is not fitted but predicted, to test the fit. Repeatable.
+    map FILE
+        Meanings of the columns of .csv and .parquet files, as YAML: one file for all recordings, or
+        one for each in their order.
+    signal displacement|acceleration|SENSOR
+        Signal to fit in recordings of ab_sim. Default: the readings of the first sensor, else the
+        deck's displacement.
+    free gain,bias,delay,disc_angle
+        Unknowns to fit for each recording, in addition to --fit: gain, bias and delay of its
+        signals, and the angle of its disc.
+    trial_mass NAME=MASS
+        Mass clamped to the deck for a recording, e.g. 'run-2=5 g'; it determines the deck's mass.
+        Repeatable.
+    hold_open
+        Keep the scene's numbers for values that the recordings cannot determine, or fit them
+        nevertheless.
+    out FILE
+        Write the fitted scene: .yaml.
+    html FILE
+        Write the result as a self-contained web page: .html.
+    plot
+        Draw measured and fitted signals: .png, .svg or .pdf.
     """
 
     recordings: Annotated[list[Path], Argument()]
@@ -159,17 +180,27 @@ class ExportOptions(NamedTuple):
     * Foxglove and PlotJuggler open the .mcap file in the folder; `ros2 bag` opens the folder.
     * `ab-sim import` converts the bag back to the same recording.
 
-    Args:
-        parquet FILE: Write a table as an Apache Parquet file: .parquet.
-        csv FILE: Write a table as text: .csv.
-        mcap FOLDER: Write a ROS 2 bag (rosbag2, MCAP) as a new folder.
-        begin --from T: Time of the first sample [s].
-        end --to T: Time of the last sample [s].
-        every N: Write only every Nth sample, beginning with the first.
-        channels NAME,NAME,...: Channels to write, in this order. Default: all.
-        namespace NAME: ROS namespace of the drive in the bag, e.g. /left. Default: none.
-        rate HZ: Rate of the state's messages in the bag [Hz]; vibration/block has all samples at
-            any rate. Default: 250, the rate of a live drive.
+    Parameters
+    ----------
+    parquet FILE
+        Write a table as an Apache Parquet file: .parquet.
+    csv FILE
+        Write a table as text: .csv.
+    mcap FOLDER
+        Write a ROS 2 bag (rosbag2, MCAP) as a new folder.
+    begin --from T
+        Time of the first sample [s].
+    end --to T
+        Time of the last sample [s].
+    every N
+        Write only every Nth sample, beginning with the first.
+    channels NAME,NAME,...
+        Channels to write, in this order. Default: all.
+    namespace NAME
+        ROS namespace of the drive in the bag, e.g. /left. Default: none.
+    rate HZ
+        Rate of the state's messages in the bag [Hz]; vibration/block has all samples at any rate.
+        Default: 250, the rate of a live drive.
     """
 
     recording: Recording
@@ -193,8 +224,10 @@ class StateOptions(NamedTuple):
     balls are held by friction, and has no integral of a motor's speed loop and no states of sensor
     filters.
 
-    Args:
-        time --at T: Time of the state [s]. Default: the end of the recording.
+    Parameters
+    ----------
+    time --at T
+        Time of the state [s]. Default: the end of the recording.
     """
 
     recording: Recording
@@ -212,8 +245,10 @@ class ImportOptions(NamedTuple):
     unfinished bag is used. If the drive was reset, there are several recordings: FILE, FILE-2 and
     so on.
 
-    Args:
-        out FILE: Recording to write: .rrd. Default: the bag's name, in this folder.
+    Parameters
+    ----------
+    out FILE
+        Recording to write: .rrd. Default: the bag's name, in this folder.
     """
 
     bag: Bag
@@ -228,9 +263,12 @@ class ReplayOptions(NamedTuple):
     Commands are included: a drive that subscribes to spindle/command obeys them. drive_description
     is published first. A recorder of the replay records the same samples.
 
-    Args:
-        rate FACTOR: Playback speed factor; 2 is twice as fast as recorded.
-        start_paused: Begin only when the ROS service replay/pause is called with false.
+    Parameters
+    ----------
+    rate FACTOR
+        Playback speed factor; 2 is twice as fast as recorded.
+    start_paused
+        Begin only when the ROS service replay/pause is called with false.
     """
 
     bag: Bag
@@ -258,9 +296,11 @@ class UrdfOptions(NamedTuple):
     `drive_sim` publishes this text on the topic robot_description, for RViz, and the deck's pose on
     tf. Joints have the same names as in joint_states.
 
-    Args:
-        ros2_control: Also print limits of the spindle's joint, and the element <ros2_control> for
-            topic-based hardware.
+    Parameters
+    ----------
+    ros2_control
+        Also print limits of the spindle's joint, and the element <ros2_control> for topic-based
+        hardware.
     """
 
     scene: SceneName

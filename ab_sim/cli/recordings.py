@@ -143,8 +143,10 @@ def _percent(share: float | None) -> str:
 def print_state(options: StateOptions) -> None:
     """Print the state of the last sample up to a time [s].
 
-    Raises:
-        InputError: there is no sample, or it lacks parts of the state.
+    Raises
+    ------
+    InputError
+        There is no sample, or it lacks parts of the state.
     """
     recording = options.recording
     run = open_recording(recording)

@@ -82,8 +82,10 @@ def run_command(options: RunOptions) -> Command:
 def _parse_times(text: str | None) -> list[float]:
     """Parse times such as ``2.5,3,6``.
 
-    Raises:
-        InputError: a text is not a number.
+    Raises
+    ------
+    InputError
+        A text is not a number.
     """
     if text is None:
         return []
@@ -147,12 +149,18 @@ def metrics_table(
 ) -> Table:
     """Return the table of metrics, with a column for each run and each comparison run.
 
-    Args:
-        title: title of the table.
-        scene: scene of the runs.
-        runs: metrics of the runs by heading.
-        comparison: runs to compare with.
-        units: requested units by SI unit.
+    Parameters
+    ----------
+    title
+        Title of the table.
+    scene
+        Scene of the runs.
+    runs
+        Metrics of the runs by heading.
+    comparison
+        Runs to compare with.
+    units
+        Requested units by SI unit.
     """
     columns = dict(runs)
     notes = []

@@ -65,10 +65,13 @@ class Command(NamedTuple):
     def run(self, json: str | None = None, plot: Path | None = None) -> None:
         """Run the command, with the values of ``--json`` and ``--plot``.
 
-        Raises:
-            InputError: an output cannot be written. All outputs are checked before the work; if
-                one fails nevertheless, the others are still written.
-            NothingFound: the search found nothing.
+        Raises
+        ------
+        InputError
+            An output cannot be written. All outputs are checked before the work; if one fails
+            nevertheless, the others are still written.
+        NothingFound
+            The search found nothing.
         """
         to_stdout = json == "-"
         outputs: list[Output] = [
@@ -114,8 +117,10 @@ class Command(NamedTuple):
 def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
     """Write an output, and return the written files.
 
-    Raises:
-        InputError: the file cannot be written; the message has option, file and reason.
+    Raises
+    ------
+    InputError
+        The file cannot be written; the message has option, file and reason.
     """
     try:
         files = write(file)
@@ -127,10 +132,14 @@ def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
 def picture(name: str, *results: Any, dots: int = _DOTS) -> Draw:
     """Return a function that draws results into a file.
 
-    Args:
-        name: name of the picture in ``ab_sim.show.result_figures.DRAWN``.
-        results: results to draw, as the picture takes them.
-        dots: resolution [dots per inch].
+    Parameters
+    ----------
+    name
+        Name of the picture in ``ab_sim.show.result_figures.DRAWN``.
+    results
+        Results to draw, as the picture takes them.
+    dots
+        Resolution [dots per inch].
     """
 
     def draw(file: Path) -> None:
@@ -149,10 +158,14 @@ def scene_writer(text: Callable[[], str]) -> Write:
 def new_table(left_columns: str, right: str, no_wrap: bool = False, **settings: Any) -> Table:
     """Return a table with left-aligned and then right-aligned columns.
 
-    Args:
-        left, right: names of the columns, as ``a | b``.
-        no_wrap: whether texts of left-aligned columns are not wrapped.
-        settings: settings of rich's ``Table``.
+    Parameters
+    ----------
+    left, right
+        Names of the columns, as ``a | b``.
+    no_wrap
+        Whether texts of left-aligned columns are not wrapped.
+    settings
+        Settings of rich's ``Table``.
     """
     table = Table(**settings)
     for name in left_columns.split(" | ") if left_columns else ():

@@ -33,9 +33,10 @@ class DemoOptions(NamedTuple):
     without balls. With --view web, the run starts when a browser shows the page, or with Enter;
     after the run the page is served until Ctrl-C.
 
-    Args:
-        out FOLDER: Folder in which the recording startup.rrd and the picture startup.png are
-            written.
+    Parameters
+    ----------
+    out FOLDER
+        Folder in which the recording startup.rrd and the picture startup.png are written.
     """
 
     out: Path = Path("out")
@@ -55,16 +56,23 @@ class RunOptions(NamedTuple):
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 
-    Args:
-        times T,T,...: Times of the samples [s], e.g. 2.5,3,6; the run lasts until the last of
-            them. Default: 101 times, evenly spaced over the scene's duration.
-        step SECONDS: Length of an integration step [s], instead of the scene's.
-        units UNIT,UNIT,...: Units of lengths, speeds, angles and torques in the table, e.g.
-            'um,rpm,deg'. With a unit of length, the table has W in this unit instead of W/e.
-        plot: Draw speed, W/e, driving force, ball angles and motor torque: .png, .svg or .pdf.
-        rrd FILE: Write a Rerun recording of every step: .rrd.
-        every N: Record only every Nth step, and the steps at which the commanded speed starts or
-            stops changing.
+    Parameters
+    ----------
+    times T,T,...
+        Times of the samples [s], e.g. 2.5,3,6; the run lasts until the last of them. Default: 101
+        times, evenly spaced over the scene's duration.
+    step SECONDS
+        Length of an integration step [s], instead of the scene's.
+    units UNIT,UNIT,...
+        Units of lengths, speeds, angles and torques in the table, e.g. 'um,rpm,deg'. With a unit of
+        length, the table has W in this unit instead of W/e.
+    plot
+        Draw speed, W/e, driving force, ball angles and motor torque: .png, .svg or .pdf.
+    rrd FILE
+        Write a Rerun recording of every step: .rrd.
+    every N
+        Record only every Nth step, and the steps at which the commanded speed starts or stops
+        changing.
     """
 
     scene: SceneName
@@ -93,10 +101,13 @@ class LiveOptions(NamedTuple):
     page is served until Ctrl-C. A viewer's window stays until you close it. `ab-sim view FILE`
     shows a recording again. Ctrl-C shuts the nodes down in order; a second Ctrl-C kills them.
 
-    Args:
-        record FILE: Write a Rerun recording: .rrd. An existing file is kept, and a new one with a
-            number is written next to it. Default: with --view, recordings/DATE_TIME.rrd.
-        seconds --for SECONDS: Simulated time of the run [s]. Default: the scene's duration.
+    Parameters
+    ----------
+    record FILE
+        Write a Rerun recording: .rrd. An existing file is kept, and a new one with a number is
+        written next to it. Default: with --view, recordings/DATE_TIME.rrd.
+    seconds --for SECONDS
+        Simulated time of the run [s]. Default: the scene's duration.
     """
 
     scene: SceneName
@@ -114,10 +125,14 @@ class ViewOptions(NamedTuple):
     If a file is still being recorded, the viewer follows it. The viewer runs until its window is
     closed, or until Ctrl-C. It sends nothing to other machines.
 
-    Args:
-        files FILE...: Recordings of runs: .rrd.
-        web: Show the recordings in a browser, at an address that the command prints.
-        port PORT: With --web, port of the web page; 0: any free port.
+    Parameters
+    ----------
+    files FILE...
+        Recordings of runs: .rrd.
+    web
+        Show the recordings in a browser, at an address that the command prints.
+    port PORT
+        With --web, port of the web page; 0: any free port.
     """
 
     files: Annotated[list[Path], Argument()]
@@ -129,8 +144,10 @@ class ViewOptions(NamedTuple):
 class ScenesOptions(NamedTuple):
     """List the scenes that come with ab_sim, or describe one.
 
-    Args:
-        name NAME: Scene to describe: a name from the list, or a YAML file. Default: list all.
+    Parameters
+    ----------
+    name NAME
+        Scene to describe: a name from the list, or a YAML file. Default: list all.
     """
 
     name: Annotated[str | None, Argument()] = None
@@ -158,9 +175,10 @@ class KeysOptions(NamedTuple):
     `ab-sim run --set KEY=VALUE` changes a key. A number may have any unit of the key's dimension:
     `12 mm`, `2500 rpm`.
 
-    Args:
-        section SECTION: Beginning of the keys to list, e.g. rotor, effects.motor,
-            solver.parameters.
+    Parameters
+    ----------
+    section SECTION
+        Beginning of the keys to list, e.g. rotor, effects.motor, solver.parameters.
     """
 
     section: Annotated[str, Argument(show_default=False)] = ""
@@ -175,9 +193,12 @@ class EffectsOptions(NamedTuple):
     `ab-sim effects suspension --equation` prints the formulas in its code: the force
     f_1 = -c v_1 - k u_1, the energy and the loss; symbols as in docs/equations.md.
 
-    Args:
-        name NAME: Effect to print. Default: all.
-        equation: Print all formulas, derived from the code: as text, then as LaTeX.
+    Parameters
+    ----------
+    name NAME
+        Effect to print. Default: all.
+    equation
+        Print all formulas, derived from the code: as text, then as LaTeX.
     """
 
     name: Annotated[str | None, Argument()] = None
@@ -201,8 +222,10 @@ class MetricsOptions(NamedTuple):
 
     Symbols and signs: docs/conventions.md
 
-    Args:
-        name NAME: Metric to print. Default: all.
+    Parameters
+    ----------
+    name NAME
+        Metric to print. Default: all.
     """
 
     name: Annotated[str | None, Argument(show_default=False)] = None
@@ -220,8 +243,10 @@ class SchemaOptions(NamedTuple):
     The editor then shows meanings and units, and marks unknown keys and numbers out of range.
     `ab-sim check` also checks whether the keys fit together.
 
-    Args:
-        out FILE: Write the schema to a file: .json. Default: standard output.
+    Parameters
+    ----------
+    out FILE
+        Write the schema to a file: .json. Default: standard output.
     """
 
     out: Path | None = None
@@ -239,8 +264,10 @@ class AccuracyOptions(NamedTuple):
     * CPU time per simulated second is the fraction of one core that a run in real time needs.
     * `pip install 'ab_sim[peers]'` adds SUNDIALS and MuJoCo to the comparison.
 
-    Args:
-        plot: Draw errors over CPU time: .png, .svg or .pdf.
+    Parameters
+    ----------
+    plot
+        Draw errors over CPU time: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -257,9 +284,12 @@ class CostOptions(NamedTuple):
 
     Measures steps without effects, with each effect alone, and with all effects of the scene.
 
-    Args:
-        leave_one_out: Also measure, for each effect, all effects of the scene except this one.
-        plot: Draw the times with their quartiles: .png, .svg or .pdf.
+    Parameters
+    ----------
+    leave_one_out
+        Also measure, for each effect, all effects of the scene except this one.
+    plot
+        Draw the times with their quartiles: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -285,9 +315,12 @@ class COptions(NamedTuple):
 
     See docs/howto/c.md
 
-    Args:
-        out FOLDER: Write C source, header, CMakeLists.txt and README to a folder.
-        fmu FILE: Write an FMU (FMI 3.0, co-simulation): .fmu.
+    Parameters
+    ----------
+    out FOLDER
+        Write C source, header, CMakeLists.txt and README to a folder.
+    fmu FILE
+        Write an FMU (FMI 3.0, co-simulation): .fmu.
     """
 
     scene: SceneName

@@ -48,8 +48,10 @@ def sensitivity_command(options: SensitivityOptions) -> Command:
 def _listed(option: str, text: str) -> list[str]:
     """Split names at commas.
 
-    Raises:
-        InputError: a name is missing or repeated.
+    Raises
+    ------
+    InputError
+        A name is missing or repeated.
     """
     names = [name.strip() for name in text.split(",")]
     if not all(names) or len(set(names)) < len(names):

@@ -127,7 +127,9 @@ def _command(scene: Scene, name: str, changes: Sequence[str]) -> str:
 def _beyond_linear(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
     """Return what the linear stability of a resting state leaves open, for the JSON.
 
-    Returns:
+    Returns
+    -------
+    dict[str, Any]
         ``returns``: whether an undecided state returns after disturbances; ``held_by_friction``:
         for each ball the range of angles in which friction holds it [rad]. None: not computed.
     """
@@ -257,10 +259,14 @@ def circulation_lines(
 ) -> Iterator[str]:
     """Yield lines on circulating balls.
 
-    Args:
-        circulation: result of the search at a speed.
-        balls: number of balls of the scene.
-        stable: labels of the resting states that are stable at the speed.
+    Parameters
+    ----------
+    circulation
+        Result of the search at a speed.
+    balls
+        Number of balls of the scene.
+    stable
+        Labels of the resting states that are stable at the speed.
     """
     if circulation.reason_not_covered is not None:
         if balls:
@@ -297,10 +303,14 @@ def _line(coexisting: Coexisting, balls: int) -> str:
 def _range(reach: BunchRange, unit: str, what: str) -> str:
     """Return the range in which a bunch circulates, in words.
 
-    Args:
-        reach: range, and the reason for each of its ends.
-        unit: unit of its values.
-        what: quantity, at the beginning of the text. An end of the searched range is omitted.
+    Parameters
+    ----------
+    reach
+        Range, and the reason for each of its ends.
+    unit
+        Unit of its values.
+    what
+        Quantity, at the beginning of the text. An end of the searched range is omitted.
     """
     low = "" if reach.low_end == SEARCH_END else f" from {reach.low:.4g}"
     high = "" if reach.high_end == SEARCH_END else f" to {reach.high:.4g}"

@@ -26,12 +26,18 @@ def report_startup(
 ) -> None:
     """Compare a recorded start-up with an offline run of its scene, and draw it.
 
-    Args:
-        scene: scene of the run.
-        recording: its .rrd file.
-        picture: file for the figure.
-        figures: labels and values that only the live run has.
-        hint: text on how to view the recording again.
+    Parameters
+    ----------
+    scene
+        Scene of the run.
+    recording
+        Its .rrd file.
+    picture
+        File for the figure.
+    figures
+        Labels and values that only the live run has.
+    hint
+        Text on how to view the recording again.
     """
     recorded = open_recording(recording)
     live = _from_profile_start(recorded.trajectory(), scene.duration)

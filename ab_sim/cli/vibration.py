@@ -149,8 +149,10 @@ def _draw(stabilities: list[Stability], followed: Followed | None) -> Draw | Non
 def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.ndarray]:
     """Return the key of ``--over``, the function from a value to a case, and the values.
 
-    Raises:
-        InputError: the text is not KEY=from:to:count, or the scene with the first value is invalid.
+    Raises
+    ------
+    InputError
+        The text is not KEY=from:to:count, or the scene with the first value is invalid.
     """
     key, _, text = over.partition("=")
     parts, key = text.split(":"), key.strip()
@@ -276,8 +278,10 @@ def recovery_command(options: RecoveryOptions) -> Command:
 def drags_of(text: str) -> tuple[float, ...]:
     """Parse ``first:last:count`` to evenly spaced drags [N s/m].
 
-    Raises:
-        InputError: the text has another form.
+    Raises
+    ------
+    InputError
+        The text has another form.
     """
     try:
         first, last, count = text.split(":")
@@ -295,10 +299,14 @@ def drags_of(text: str) -> tuple[float, ...]:
 def _recovery_table(results: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
     """Return the table of recoveries, with all balls or with one.
 
-    Args:
-        results: results over the drags.
-        balls: number of balls in the runs.
-        runs: recovery at the scene's drag, then at each of the drags over which they were computed.
+    Parameters
+    ----------
+    results
+        Results over the drags.
+    balls
+        Number of balls in the runs.
+    runs
+        Recovery at the scene's drag, then at each of the drags over which they were computed.
     """
     several = "1 ball" if balls == 1 else f"{balls} balls"
     title = (

@@ -15,9 +15,12 @@ completely."""
 def run_view(options: ViewOptions) -> None:
     """Show recordings until Ctrl-C, or until the window is closed.
 
-    Raises:
-        InputError: a file is missing, there is no screen, or the port is in use.
-        AbSimError: the viewer has failed.
+    Raises
+    ------
+    InputError
+        A file is missing, there is no screen, or the port is in use.
+    AbSimError
+        The viewer has failed.
     """
     for file in options.files:
         check_ending(file, RECORDING, "FILE")

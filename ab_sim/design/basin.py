@@ -222,12 +222,18 @@ def _check(scene: Scene, count: int) -> None:
 def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
     """Run the starts at some points and return their outcomes, JSON-able.
 
-    Args:
-        scene: scene of the basin.
-        count: number of angles of either ball.
-        points: row and column of each start.
+    Parameters
+    ----------
+    scene
+        Scene of the basin.
+    count
+        Number of angles of either ball.
+    points
+        Row and column of each start.
 
-    Returns:
+    Returns
+    -------
+    list[list[Any]]
         For each start: name in ``NAMES``, residual unbalance, whirl [m]; None without a run.
     """
     ends: list[list[Any]] = [[NAMES[LEFT_OUT], None, None] for _ in points]

@@ -63,10 +63,14 @@ class Bound(NamedTuple):
     def holds(self, values: Any) -> np.ndarray:
         """Return whether values satisfy the bound.
 
-        Args:
-            values: values of the metric in any shape; None and NaN never satisfy it.
+        Parameters
+        ----------
+        values
+            Values of the metric in any shape; None and NaN never satisfy it.
 
-        Returns:
+        Returns
+        -------
+        np.ndarray
             Booleans of the same shape.
         """
         numbers = np.asarray(values, dtype=float)
@@ -78,9 +82,11 @@ def bound_of(text: str) -> Bound:
 
     A metric that is true or false may stand alone, ``balanced``, or after ``not``.
 
-    Raises:
-        InputError: the text has another form, the metric is unknown or not a number, or the number
-            cannot be read; the message states the allowed forms.
+    Raises
+    ------
+    InputError
+        The text has another form, the metric is unknown or not a number, or the number cannot be
+        read; the message states the allowed forms.
     """
     match = _COMPARISON.fullmatch(text)
     if match is None:

@@ -78,16 +78,23 @@ class Cluster:
     It connects when there is work. Other workers take over the share of a lost one. Everyone with
     access to the scheduler can run any code on workers and on this machine, so it must be trusted.
 
-    Args:
-        address: address of the scheduler: ``HOST:PORT``, ``tcp://HOST:PORT`` or
-            ``tls://HOST:PORT``, with certificates from Dask's configuration.
+    Parameters
+    ----------
+    address
+        Address of the scheduler: ``HOST:PORT``, ``tcp://HOST:PORT`` or ``tls://HOST:PORT``, with
+        certificates from Dask's configuration.
 
-    Attributes:
-        modules: modules that results depend on in addition to the function's; workers import them.
-        waiting: see ``Waiting``.
+    Attributes
+    ----------
+    modules
+        Modules that results depend on in addition to the function's; workers import them.
+    waiting
+        See ``Waiting``.
 
-    Raises:
-        InputError: the address is malformed, or Dask is not installed.
+    Raises
+    ------
+    InputError
+        The address is malformed, or Dask is not installed.
     """
 
     def __init__(self, address: str) -> None:
@@ -120,14 +127,21 @@ class Cluster:
     ) -> Iterator[Result]:
         """Yield results in the order of the items.
 
-        Args:
-            function: module-level function, or a partial of one.
-            items: arguments of the calls; each is read when it is sent.
-            chunk: number of items that a worker gets at a time.
+        Parameters
+        ----------
+        function
+            Module-level function, or a partial of one.
+        items
+            Arguments of the calls; each is read when it is sent.
+        chunk
+            Number of items that a worker gets at a time.
 
-        Raises:
-            ClusterUnusable: no scheduler answers, or a worker has no ab_sim or a different one.
-            WorkerLost: the scheduler is gone, or a call repeatedly terminates its worker.
+        Raises
+        ------
+        ClusterUnusable
+            No scheduler answers, or a worker has no ab_sim or a different one.
+        WorkerLost
+            The scheduler is gone, or a call repeatedly terminates its worker.
         """
         if not items:
             return
@@ -167,8 +181,10 @@ class Cluster:
     def _connected(self) -> "Client":
         """Return the client, connecting at the first call.
 
-        Raises:
-            ClusterUnusable: no scheduler answers.
+        Raises
+        ------
+        ClusterUnusable
+            No scheduler answers.
         """
         if self._client is None:
             from distributed import Client
@@ -224,10 +240,12 @@ class Cluster:
     def _finished(self, client: "Client", flying: "deque[Future]") -> list[Any]:
         """Remove the finished tasks at the front of the queue, and return their results.
 
-        Raises:
-            WorkerLost: the scheduler is gone, a worker was lost for good, or a result does not
-                arrive.
-            ClusterUnusable: a worker has no ab_sim.
+        Raises
+        ------
+        WorkerLost
+            The scheduler is gone, a worker was lost for good, or a result does not arrive.
+        ClusterUnusable
+            A worker has no ab_sim.
         """
         from distributed import TimeoutError as Late
 
@@ -279,8 +297,10 @@ class Cluster:
 def checked_address(text: str) -> str:
     """Return a scheduler's address with its protocol.
 
-    Raises:
-        InputError: the text is not the address of a scheduler.
+    Raises
+    ------
+    InputError
+        The text is not the address of a scheduler.
     """
     whole = text if "://" in text else f"tcp://{text}"
     try:
@@ -370,12 +390,18 @@ def _results_of(
     Exceptions of the calls are returned. An exception that is raised therefore concerns the worker
     itself, for example if ab_sim is not installed there.
 
-    Args:
-        modules: modules that results depend on.
-        fingerprint: fingerprint of sources and versions in the requesting process.
-        work: pickled function and its items.
+    Parameters
+    ----------
+    modules
+        Modules that results depend on.
+    fingerprint
+        Fingerprint of sources and versions in the requesting process.
+    work
+        Pickled function and its items.
 
-    Returns:
+    Returns
+    -------
+    list[Any] | Differs | Exception
         Results of the items in their order, or the exception of a call, or the refusal of a worker
         with other sources.
     """

@@ -65,8 +65,10 @@ class Sensitivities(Presented):
     def of(self, channel: str, key: str) -> np.ndarray:
         """Return d channel / d key, shape (samples,).
 
-        Raises:
-            InputError: the channel or the key is unknown; the message lists the known ones.
+        Raises
+        ------
+        InputError
+            The channel or the key is unknown; the message lists the known ones.
         """
         if channel not in self.channels:
             raise _not_among("channel", channel, self.channels)
@@ -199,8 +201,10 @@ def sensitivities(
 def _named(scene: Scene, all_channels: Sequence[str], channels: Sequence[str] | None) -> list[str]:
     """Return the requested channels after a check; for None all except the sensors' and times.
 
-    Raises:
-        InputError: a channel does not exist; the message lists the known ones.
+    Raises
+    ------
+    InputError
+        A channel does not exist; the message lists the known ones.
     """
     if channels is None:
         axes = 2 if scene.deck is None else 3
@@ -214,8 +218,10 @@ def _named(scene: Scene, all_channels: Sequence[str], channels: Sequence[str] | 
 def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[Sequence[int], int]:
     """Return the indices of the samples at requested times [s], and the number of steps to run.
 
-    Raises:
-        InputError: a time is not on a step, or times do not rise.
+    Raises
+    ------
+    InputError
+        A time is not on a step, or times do not rise.
     """
     if times is None:
         steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
@@ -305,8 +311,10 @@ class MetricSensitivities(Presented):
     def unit(self, metric: int, key: int) -> str:
         """Return the unit of a derivative.
 
-        Args:
-            metric, key: indices of the metric and the key.
+        Parameters
+        ----------
+        metric, key
+            Indices of the metric and the key.
         """
         below = self.key_units[key]
         below = f"({below})" if "/" in below or " " in below else below
@@ -461,8 +469,10 @@ def _is_uncertain(
 def differentiable_metrics(names: Sequence[str]) -> list[Metric[Any]]:
     """Return the metrics with these names.
 
-    Raises:
-        InputError: there is no such metric, it is not a number, or it jumps between samples.
+    Raises
+    ------
+    InputError
+        There is no such metric, it is not a number, or it jumps between samples.
     """
     metrics = metrics_named(names)
     for metric in metrics:

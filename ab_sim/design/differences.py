@@ -60,9 +60,11 @@ class RealKey(NamedTuple):
 def real_key(scene: Scene, key: str) -> RealKey:
     """Return a number of a scene by its key.
 
-    Raises:
-        InputError: the key does not exist, is a list or not a real number, or does not act on the
-            motion; the message lists the keys.
+    Raises
+    ------
+    InputError
+        The key does not exist, is a list or not a real number, or does not act on the motion; the
+        message lists the keys.
     """
     parts = key.split(".")
     section = parts[0]
@@ -111,8 +113,10 @@ def real_keys(scene: Scene) -> list[RealKey]:
 def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
     """Return values of a scene by their keys.
 
-    Raises:
-        InputError: ``keys`` is not a list or is empty, or a key is invalid, see ``real_key``.
+    Raises
+    ------
+    InputError
+        ``keys`` is not a list or is empty, or a key is invalid, see ``real_key``.
     """
     if isinstance(keys, str) or not keys:
         raise InputError(f"keys = {keys!r}: must be a list of the scene's keys, at least one")
@@ -122,8 +126,10 @@ def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
 def moved(scene: Scene, key: str, value: float) -> Scene:
     """Return the scene with another value of a key, SI.
 
-    Raises:
-        SceneError: the value is not allowed.
+    Raises
+    ------
+    SceneError
+        The value is not allowed.
     """
     return _moved_together(scene, {key: value})
 
@@ -231,11 +237,16 @@ def differentiated(
 ) -> DerivativeEstimate:
     """Differentiate results of a scene's run.
 
-    Args:
-        scene: scene with a named stepper, see ``with_stepper``.
-        keys: values to change.
-        here: results of the scene's own run, shape (rows, samples).
-        results: function that runs scenes, see ``Results``.
+    Parameters
+    ----------
+    scene
+        Scene with a named stepper, see ``with_stepper``.
+    keys
+        Values to change.
+    here
+        Results of the scene's own run, shape (rows, samples).
+    results
+        Function that runs scenes, see ``Results``.
     """
     nearby = _nearby(scene, keys)
     noise = _noise_of(np.array([here, *(results(nearby) if nearby else ())]))
@@ -271,8 +282,10 @@ def differentiated(
 def with_stepper(scene: Scene) -> Scene:
     """Return the scene with its stepper named, so that runs with changed keys use the same one.
 
-    Raises:
-        SceneError: a controller decides the speed during the run.
+    Raises
+    ------
+    SceneError
+        A controller decides the speed during the run.
     """
     SpeedSchedule.of_scene(scene)
     scene, _ = resolve_accuracy(scene)
@@ -283,7 +296,9 @@ def with_stepper(scene: Scene) -> Scene:
 def prepared_runs(scenes: Sequence[Scene]) -> dict[int, PreparedRun]:
     """Prepare runs of scenes; leave out scenes that their solver cannot run.
 
-    Returns:
+    Returns
+    -------
+    dict[int, PreparedRun]
         Prepared runs by the index of their scene.
     """
     prepared = {}
@@ -304,13 +319,19 @@ def _difference(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the derivative by one key and its uncertainty, each with the shape of ``here``.
 
-    Args:
-        here: results of the scene itself, shape (rows, samples).
-        four: results with the key moved by h, h / 2, -h / 2, -h; NaN on a side without a valid
-            scene, and for runs that failed or have no value.
-        step: step h, in the key's unit.
-        noise: standard deviation of a result.
-        possible: whether the scene is valid with the key moved up, and down.
+    Parameters
+    ----------
+    here
+        Results of the scene itself, shape (rows, samples).
+    four
+        Results with the key moved by h, h / 2, -h / 2, -h; NaN on a side without a valid scene, and
+        for runs that failed or have no value.
+    step
+        Step h, in the key's unit.
+    noise
+        Standard deviation of a result.
+    possible
+        Whether the scene is valid with the key moved up, and down.
     """
     slopes = (four - here) / (step * np.array([1.0, 0.5, -0.5, -1.0])[:, None, None])
     wide, near = (slopes[0] + slopes[3]) / 2.0, (slopes[1] + slopes[2]) / 2.0
@@ -337,9 +358,12 @@ def _difference(
 def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarray) -> bool:
     """Return whether all rows are certain enough, so that no other step is tried.
 
-    Args:
-        derivative, uncertainty: shape (rows, samples).
-        size: magnitude of the result per ``scale_of`` the key, shape (rows,).
+    Parameters
+    ----------
+    derivative, uncertainty
+        Shape (rows, samples).
+    size
+        Magnitude of the result per ``scale_of`` the key, shape (rows,).
     """
     most = np.nan_to_num(np.abs(derivative)).max(axis=1)
     enough = np.maximum(ENOUGH * most, _NO_INFLUENCE * size)
@@ -385,11 +409,15 @@ def _noise_of(near: np.ndarray) -> np.ndarray:
     Fourth differences remove the smooth part, and multiply the variance of the noise by 8! / 4!^2
     = 70.
 
-    Args:
-        near: results of eight runs whose keys change in equal steps, shape (8, rows, samples).
-            With fewer runs, the rounding error of a result is returned.
+    Parameters
+    ----------
+    near
+        Results of eight runs whose keys change in equal steps, shape (8, rows, samples). With fewer
+        runs, the rounding error of a result is returned.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Standard deviations, shape (rows, samples).
     """
     rounding: np.ndarray = np.finfo(float).eps * np.abs(near[0])

@@ -43,15 +43,22 @@ SIZES = ("balls", "race", "effects")
 class DrawnPoints:
     """Runs of random drives.
 
-    Args:
-        scene: nominal scene.
-        tolerances: tolerances, applied to a key in this order.
-        count: number of runs; a run does not depend on it.
-        seed: seed of random numbers; each tolerance or group has its own stream, so that additional
-            ones do not change the others.
+    Parameters
+    ----------
+    scene
+        Nominal scene.
+    tolerances
+        Tolerances, applied to a key in this order.
+    count
+        Number of runs; a run does not depend on it.
+    seed
+        Seed of random numbers; each tolerance or group has its own stream, so that additional ones
+        do not change the others.
 
-    Raises:
-        InputError: the tolerances are invalid; the message states why.
+    Raises
+    ------
+    InputError
+        The tolerances are invalid; the message states why.
     """
 
     def __init__(
@@ -110,8 +117,10 @@ class DrawnPoints:
     def drawn(self, run_of: Callable[[str], int]) -> tuple[Any, ...]:
         """Return values in the order of the keys.
 
-        Args:
-            run_of: function from a factor to the run whose draws it uses.
+        Parameters
+        ----------
+        run_of
+            Function from a factor to the run whose draws it uses.
         """
         values = dict(self._nominal)
         for tolerance, source in self._order:
@@ -193,9 +202,12 @@ class ExchangedPoints:
 
     Run k d + i is drive 2 k with factor i of drive 2 k + 1, d being the number of factors.
 
-    Args:
-        drawn: random drives.
-        pairs: number of pairs of drives.
+    Parameters
+    ----------
+    drawn
+        Random drives.
+    pairs
+        Number of pairs of drives.
     """
 
     def __init__(self, drawn: DrawnPoints, pairs: int) -> None:
@@ -223,8 +235,10 @@ class ExchangedPoints:
 def value_of(scene: Scene, key: str) -> Any:
     """Return a scene's value at a dotted key; None if there is none.
 
-    Raises:
-        InputError: a list has no such entry.
+    Raises
+    ------
+    InputError
+        A list has no such entry.
     """
     try:
         return value_at(scene.as_mapping(), key)
@@ -261,11 +275,16 @@ def _check_groups(tolerances: Iterable[Tolerance]) -> None:
 def _common(tolerance: Tolerance, value: Any, draw: Any, balls: int) -> Any:
     """Return a key's value with one draw for all its entries.
 
-    Args:
-        tolerance: tolerance of the key.
-        value: nominal value, a number or a list.
-        draw: drawn deviation or value, or the index of a discrete value.
-        balls: number of balls.
+    Parameters
+    ----------
+    tolerance
+        Tolerance of the key.
+    value
+        Nominal value, a number or a list.
+    draw
+        Drawn deviation or value, or the index of a discrete value.
+    balls
+        Number of balls.
     """
     if tolerance.what == VALUE:
         drawn = _value(tolerance, draw)

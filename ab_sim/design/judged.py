@@ -63,8 +63,10 @@ def has_settled(outcomes: Iterable[str]) -> np.ndarray:
 def metric_columns(keys: Iterable[str]) -> list[Metric[Any]]:
     """Return metrics that can be columns.
 
-    Raises:
-        InputError: a metric is unknown or not a number; the message names it.
+    Raises
+    ------
+    InputError
+        A metric is unknown or not a number; the message names it.
     """
     metrics = metrics_named(keys)
     for metric in metrics:
@@ -76,11 +78,16 @@ def metric_columns(keys: Iterable[str]) -> list[Metric[Any]]:
 def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
     """Run points of a job and evaluate them.
 
-    Args:
-        job: common data of the runs.
-        points: points in any order; their results are independent of each other.
+    Parameters
+    ----------
+    job
+        Common data of the runs.
+    points
+        Points in any order; their results are independent of each other.
 
-    Returns:
+    Returns
+    -------
+    pyarrow.Table
         A row per point in their order: run, metrics, outcome, failure. Metrics of failed and
         aborted runs are null.
     """
@@ -123,8 +130,10 @@ def schema_of(job: Job) -> pyarrow.Schema:
 def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
     """Return the scene of a point.
 
-    Raises:
-        SceneError: the scene is invalid; the message names key, value and allowed range.
+    Raises
+    ------
+    SceneError
+        The scene is invalid; the message names key, value and allowed range.
     """
     changes = dict(zip(job.keys, values, strict=True))
     changed = ", ".join(f"{key}={value}" for key, value in changes.items())

@@ -38,8 +38,10 @@ class Range(NamedTuple):
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return values at fractions of the range, shape (n,).
 
-        Args:
-            shares: fractions from 0 to below 1, shape (n,).
+        Parameters
+        ----------
+        shares
+            Fractions from 0 to below 1, shape (n,).
         """
         if self.whole:
             first, count = round(self.low), round(self.high) - round(self.low) + 1
@@ -81,8 +83,10 @@ def variable_of(text: str) -> Variable:
     Without a count it is a range for a design. Listed values are YAML, so that a value may be a
     list. If only the last number has a unit, the unit applies to all.
 
-    Raises:
-        InputError: the text is invalid; the message states the fault.
+    Raises
+    ------
+    InputError
+        The text is invalid; the message states the fault.
     """
     key, equals, values_text = (part.strip() for part in text.partition("="))
     if not equals or not key or not values_text:
@@ -100,13 +104,19 @@ def variable_of(text: str) -> Variable:
 def range_(key: str, low: float, high: float, log: bool = False) -> Range:
     """Return a range of a numeric key.
 
-    Args:
-        key: dotted key.
-        low, high: ends of the range [SI], both included.
-        log: whether values are spaced logarithmically.
+    Parameters
+    ----------
+    key
+        Dotted key.
+    low, high
+        Ends of the range [SI], both included.
+    log
+        Whether values are spaced logarithmically.
 
-    Raises:
-        InputError: an end is not allowed; the message names key, value and allowed range.
+    Raises
+    ------
+    InputError
+        An end is not allowed; the message names key, value and allowed range.
     """
     whole = _takes_whole_numbers(key)
     text = f"{key}: from {exact(low)} to {exact(high)}"
@@ -123,8 +133,10 @@ def range_(key: str, low: float, high: float, log: bool = False) -> Range:
 def spaced(between: Range, count: int) -> ListedValues:
     """Return ``count`` values of a range including its ends; rounded for whole numbers.
 
-    Raises:
-        InputError: ``count`` is below two, too large, or exceeds the number of whole numbers.
+    Raises
+    ------
+    InputError
+        ``count`` is below two, too large, or exceeds the number of whole numbers.
     """
     key, low, high, log, whole = between
     most = round(high - low) + 1 if whole else MOST_VALUES
@@ -142,8 +154,10 @@ def spaced(between: Range, count: int) -> ListedValues:
 def values(key: str, listed: Sequence[Any]) -> ListedValues:
     """Return the listed values of a key, of any kind, after a check.
 
-    Raises:
-        InputError: there are no values, too many, or duplicates.
+    Raises
+    ------
+    InputError
+        There are no values, too many, or duplicates.
     """
     unit = scene_keys(key)[0].unit
     if not 1 <= len(listed) <= MOST_VALUES:
@@ -285,11 +299,16 @@ class GridPoints:
 class DesignPoints:
     """Points of a space-filling design over ranges, by scipy.stats.qmc.
 
-    Args:
-        ranges: ranges, one per key.
-        design: ``sobol`` or ``lhs``, Latin hypercube; scrambled.
-        count: number of points; a power of 2 for ``sobol``.
-        seed: seed of the design's random numbers.
+    Parameters
+    ----------
+    ranges
+        Ranges, one per key.
+    design
+        ``sobol`` or ``lhs``, Latin hypercube; scrambled.
+    count
+        Number of points; a power of 2 for ``sobol``.
+    seed
+        Seed of the design's random numbers.
     """
 
     def __init__(self, ranges: Sequence[Range], design: str, count: int, seed: int) -> None:
@@ -327,13 +346,19 @@ class DesignPoints:
 def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) -> Points:
     """Return points over variables.
 
-    Args:
-        variables: at least one variable; all with values for a grid, all ranges for a design.
-        design: ``sobol:COUNT`` or ``lhs:COUNT``; None: a grid.
-        seed: seed of a design's random numbers.
+    Parameters
+    ----------
+    variables
+        At least one variable; all with values for a grid, all ranges for a design.
+    design
+        ``sobol:COUNT`` or ``lhs:COUNT``; None: a grid.
+    seed
+        Seed of a design's random numbers.
 
-    Raises:
-        InputError: the arguments do not fit together; the message states why.
+    Raises
+    ------
+    InputError
+        The arguments do not fit together; the message states why.
     """
     if not variables:
         raise InputError("nothing varies; name a key and its values, e.g. balls.mass=0.001,0.002")
@@ -361,8 +386,10 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
 def check_keys(keys: Sequence[str]) -> None:
     """Refuse a key that is named twice, or lies within another one.
 
-    Raises:
-        InputError: a key is refused; the message names it.
+    Raises
+    ------
+    InputError
+        A key is refused; the message names it.
     """
     for key in keys:
         if keys.count(key) > 1:
@@ -373,8 +400,10 @@ def check_keys(keys: Sequence[str]) -> None:
 def check_within(keys: Sequence[str]) -> None:
     """Refuse a key within another key: the result would depend on their order.
 
-    Raises:
-        InputError: a key is refused; the message names both.
+    Raises
+    ------
+    InputError
+        A key is refused; the message names both.
     """
     for key in keys:
         for other in keys:

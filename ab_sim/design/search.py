@@ -107,9 +107,12 @@ class Scores(NamedTuple):
 def scored(table: pyarrow.Table, task: Task) -> Scores:
     """Score candidates by their runs.
 
-    Args:
-        table: table of ``judged``; the runs of a candidate are contiguous.
-        task: task with the criteria.
+    Parameters
+    ----------
+    table
+        Table of ``judged``; the runs of a candidate are contiguous.
+    task
+        Task with the criteria.
     """
     sign = 1.0 if task.aim.smallest else -1.0
     shape = (-1, task.draws)
@@ -157,9 +160,12 @@ def _count(share: float, draws: int) -> int:
 def _reached(values: np.ndarray, share: float) -> np.ndarray:
     """Return the largest value among the smallest fraction ``share`` of each row.
 
-    Args:
-        values: shape (candidates, draws).
-        share: fraction, 0 to 1.
+    Parameters
+    ----------
+    values
+        Shape (candidates, draws).
+    share
+        Fraction, 0 to 1.
     """
     quantiles: np.ndarray = np.sort(values, axis=1)[:, _count(share, values.shape[1]) - 1]
     return quantiles
@@ -168,9 +174,11 @@ def _reached(values: np.ndarray, share: float) -> np.ndarray:
 def _mean(worst: np.ndarray) -> np.ndarray:
     """Return the mean constraint violation of each candidate, above 0 and at most about 1.
 
-    Args:
-        worst: violations of the required drives, shape (candidates, drives); infinite for a drive
-            without a value, which counts as 1.
+    Parameters
+    ----------
+    worst
+        Violations of the required drives, shape (candidates, drives); infinite for a drive without
+        a value, which counts as 1.
     """
     means: np.ndarray = np.where(np.isfinite(worst), worst, 1.0).mean(axis=1)
     return np.minimum(means, 1.0) + 1e-9
@@ -179,9 +187,12 @@ def _mean(worst: np.ndarray) -> np.ndarray:
 class Candidates:
     """Points that grow during a search: a run for each draw of each candidate.
 
-    Args:
-        task: definition of the tuning.
-        study: defining values of the study, JSON-able.
+    Parameters
+    ----------
+    task
+        Definition of the tuning.
+    study
+        Defining values of the study, JSON-able.
     """
 
     def __init__(self, task: Task, study: dict[str, Any]) -> None:
@@ -220,8 +231,10 @@ class Candidates:
     def scene_of(self, candidate: int) -> Scene:
         """Return the nominal scene of a candidate.
 
-        Raises:
-            SceneError: the values give no valid scene; the message states why.
+        Raises
+        ------
+        SceneError
+            The values give no valid scene; the message states why.
         """
         return varied_scene(Job(self._task.scene, self._varied, ()), self.values[candidate])
 
@@ -251,11 +264,16 @@ def search(
     ``minimize`` (Nelder and Mead 1965) then continues from the best candidate, with whole numbers
     fixed. Nothing is returned: the caller records the best.
 
-    Args:
-        ranges: ranges of the keys.
-        costs: deterministic cost function.
-        candidates, seed: see ``Task``; they determine the candidates.
-        scene_values: values of an additional first candidate; None for none.
+    Parameters
+    ----------
+    ranges
+        Ranges of the keys.
+    costs
+        Deterministic cost function.
+    candidates, seed
+        See ``Task``; they determine the candidates.
+    scene_values
+        Values of an additional first candidate; None for none.
     """
     best = _Best(ranges, costs)
     low = np.array([range_.low if range_.whole else 0.0 for range_ in ranges])
@@ -326,10 +344,14 @@ def _first(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> np.ndarr
 def _polish(best: _Best, free: Sequence[int], candidates: int) -> None:
     """Continue from the best candidate by Nelder and Mead's method, with whole numbers fixed.
 
-    Args:
-        best: cost function with the best candidate so far.
-        free: indices of the keys that are not whole numbers.
-        candidates: largest number of further candidates.
+    Parameters
+    ----------
+    best
+        Cost function with the best candidate so far.
+    free
+        Indices of the keys that are not whole numbers.
+    candidates
+        Largest number of further candidates.
     """
     begin = best.place.copy()
     corner = begin[free]

@@ -131,17 +131,22 @@ class Spread(Presented):
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a column, shape (runs,); NaN where a number is null.
 
-        Raises:
-            InputError: the name is unknown.
+        Raises
+        ------
+        InputError
+            The name is unknown.
         """
         return self.runs[name]
 
     def scene_of(self, run: int) -> Scene:
         """Return the scene of a run, to repeat it.
 
-        Raises:
-            InputError: there is no such run.
-            SceneError: the drawn values give no valid scene; the message states why.
+        Raises
+        ------
+        InputError
+            There is no such run.
+        SceneError
+            The drawn values give no valid scene; the message states why.
         """
         return self.runs.scene_of(run)
 
@@ -155,22 +160,30 @@ class Spread(Presented):
     def write(self, path: Path | str) -> None:
         """Write the runs, as Parquet or CSV by its ending; ``ab_sim.open_sweep`` reads Parquet.
 
-        Raises:
-            InputError: the file cannot be written; the message contains the reason.
+        Raises
+        ------
+        InputError
+            The file cannot be written; the message contains the reason.
         """
         self.runs.write(path)
 
     def write_worst(self, folder: Path | str) -> list[Path]:
         """Write the worst runs as scenes, ``run-000123.yaml`` and so on.
 
-        Args:
-            folder: folder, created if necessary.
+        Parameters
+        ----------
+        folder
+            Folder, created if necessary.
 
-        Returns:
+        Returns
+        -------
+        list[Path]
             Paths of the files; a run whose drawn values give no valid scene has none.
 
-        Raises:
-            InputError: the folder is not empty, or cannot be written to.
+        Raises
+        ------
+        InputError
+            The folder is not empty, or cannot be written to.
         """
         folder = Path(folder)
         check_worst_folder(folder)
@@ -243,8 +256,10 @@ class Spread(Presented):
 def check_worst_folder(folder: Path) -> None:
     """Refuse a folder that is not empty, so that the scenes are not mixed with other files.
 
-    Raises:
-        InputError: the folder is refused; the message states the remedy.
+    Raises
+    ------
+    InputError
+        The folder is refused; the message states the remedy.
     """
     if folder.is_dir() and any(folder.iterdir()):
         raise InputError(f"{short(str(folder))}: is not empty; name a new or empty folder")

@@ -77,17 +77,27 @@ def run_spread(
 
     Results are cached: a study with more runs or a smaller ``until`` continues from them.
 
-    Args:
-        scene: nominal scene.
-        tolerances: tolerances of the drives.
-        question: settings of the study.
-        executor: executor for the work; None for this process.
-        tell: see ``rows_of``.
+    Parameters
+    ----------
+    scene
+        Nominal scene.
+    tolerances
+        Tolerances of the drives.
+    question
+        Settings of the study.
+    executor
+        Executor for the work; None for this process.
+    tell
+        See ``rows_of``.
 
-    Raises:
-        InputError: the settings are invalid, or another process is computing the same runs.
-        SceneError: none of the first draws is a valid scene; the message states why.
-        WorkerLost: a worker process was lost.
+    Raises
+    ------
+    InputError
+        The settings are invalid, or another process is computing the same runs.
+    SceneError
+        None of the first draws is a valid scene; the message states why.
+    WorkerLost
+        A worker process was lost.
     """
     drawn, ranked_by = _checked(scene, tolerances, question)
     pairs, none = _pairs(drawn, question)
@@ -127,11 +137,15 @@ def _checked(
 ) -> tuple[DrawnPoints, str]:
     """Check the settings of a study.
 
-    Returns:
+    Returns
+    -------
+    tuple[DrawnPoints, str]
         The random drives, and the metric by which runs are ranked.
 
-    Raises:
-        InputError: see ``run_spread``.
+    Raises
+    ------
+    InputError
+        See ``run_spread``.
     """
     until = question.until
     if until is not None and not 1e-5 <= until < 0.5:
@@ -179,10 +193,14 @@ def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: 
 class _Study:
     """Runner and evaluator of a study.
 
-    Args:
-        question: settings of the study.
-        executor: executor for the work, entered by the caller.
-        tell: see ``rows_of``.
+    Parameters
+    ----------
+    question
+        Settings of the study.
+    executor
+        Executor for the work, entered by the caller.
+    tell
+        See ``rows_of``.
     """
 
     def __init__(self, question: SpreadQuestion, executor: Executor, tell: Progress | None) -> None:
@@ -191,12 +209,18 @@ class _Study:
     def drives(self, job: Job, drawn: DrawnPoints, until: float | None) -> tuple[Sweep, np.ndarray]:
         """Run the drives of one scene.
 
-        Args:
-            job: common data of the runs.
-            drawn: random drives.
-            until: half-width of the share's interval up to which runs are added; None for none.
+        Parameters
+        ----------
+        job
+            Common data of the runs.
+        drawn
+            Random drives.
+        until
+            Half-width of the share's interval up to which runs are added; None for none.
 
-        Returns:
+        Returns
+        -------
+        tuple[Sweep, np.ndarray]
             The runs, and a mask of the balanced ones, shape (runs,).
         """
         with StudyRuns(job, drawn.report(), self._executor) as study:
@@ -219,12 +243,18 @@ class _Study:
     ) -> SobolIndices:
         """Return Sobol indices from pairs of existing runs and from additional runs.
 
-        Args:
-            job: common data of the runs.
-            drawn: random drives; the first 2 ``pairs`` form the pairs.
-            pairs: number of pairs, a power of 2.
-            runs: runs of ``drawn``.
-            balanced: mask of balanced ones, shape (runs,).
+        Parameters
+        ----------
+        job
+            Common data of the runs.
+        drawn
+            Random drives; the first 2 ``pairs`` form the pairs.
+        pairs
+            Number of pairs, a power of 2.
+        runs
+            Runs of ``drawn``.
+        balanced
+            Mask of balanced ones, shape (runs,).
         """
         points = ExchangedPoints(drawn, pairs)
         with StudyRuns(job, points.report(), self._executor) as study:
@@ -278,11 +308,16 @@ def _worst(
 ) -> tuple[WorstRun, ...]:
     """Return the worst runs: unbalanced ones first, then by the ranking metric.
 
-    Args:
-        runs: runs of all drives.
-        balanced: mask of balanced ones, shape (runs,).
-        drawn: drives, for their drawn values.
-        ranked: ranking metric, and whether small values are good. Runs without a value are worst.
+    Parameters
+    ----------
+    runs
+        Runs of all drives.
+    balanced
+        Mask of balanced ones, shape (runs,).
+    drawn
+        Drives, for their drawn values.
+    ranked
+        Ranking metric, and whether small values are good. Runs without a value are worst.
     """
     name, wants_small = ranked
     values = runs[name].astype(float)
@@ -304,11 +339,16 @@ def _difference(
 ) -> DesignDifference:
     """Compare a scene with another one, run with the same draws.
 
-    Args:
-        runs: runs of the scene.
-        balanced: mask of the balanced runs of the scene, shape (runs,).
-        others: runs of the other scene.
-        also: mask of the balanced runs of the other scene, shape (runs,).
+    Parameters
+    ----------
+    runs
+        Runs of the scene.
+    balanced
+        Mask of the balanced runs of the scene, shape (runs,).
+    others
+        Runs of the other scene.
+    also
+        Mask of the balanced runs of the other scene, shape (runs,).
     """
     differences: dict[str, MeanInterval] = {}
     for name in _numbers(runs.metrics):

@@ -43,8 +43,10 @@ class ShareBalanced(NamedTuple):
 
         It solves Wilson's half-width for the number of runs at the present share.
 
-        Raises:
-            InputError: the half-width is not above 0 and below 0.5.
+        Raises
+        ------
+        InputError
+            The half-width is not above 0 and below 0.5.
         """
         if not 0.0 < half_width < 0.5:
             raise InputError(f"half width {exact(half_width)}: must be above 0 and below 0.5")
@@ -107,8 +109,10 @@ def share_of(balanced: np.ndarray) -> ShareBalanced:
 
     Its width is nonzero even if all or none are true.
 
-    Args:
-        balanced: booleans, shape (runs,), at least one run.
+    Parameters
+    ----------
+    balanced
+        Booleans, shape (runs,), at least one run.
     """
     from scipy.stats import binomtest
 
@@ -122,9 +126,12 @@ def quantile_of(values: np.ndarray, p: float) -> QuantileOfMetric:
 
     It holds for any distribution: the number of values below the quantile is binomial.
 
-    Args:
-        values: finite values, shape (n,), at least one.
-        p: probability above 0 and below 1.
+    Parameters
+    ----------
+    values
+        Finite values, shape (n,), at least one.
+    p
+        Probability above 0 and below 1.
     """
     from scipy.stats import quantile_test
 
@@ -138,8 +145,10 @@ def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:
 
     The interval is method 10 of Newcombe, Statistics in Medicine 17 (1998) 2635.
 
-    Args:
-        first, second: booleans, shape (runs,), at least one.
+    Parameters
+    ----------
+    first, second
+        Booleans, shape (runs,), at least one.
     """
     from scipy.stats import binomtest
 
@@ -163,10 +172,14 @@ def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:
 def paired_difference(first: np.ndarray, second: np.ndarray) -> MeanInterval | None:
     """Return the difference of a metric, first minus second, of designs run with the same draws.
 
-    Args:
-        first, second: values, shape (runs,), NaN for missing ones; such pairs are left out.
+    Parameters
+    ----------
+    first, second
+        Values, shape (runs,), NaN for missing ones; such pairs are left out.
 
-    Returns:
+    Returns
+    -------
+    MeanInterval | None
         Interval of the mean; None with fewer than two pairs.
     """
     from scipy.stats import t
@@ -186,8 +199,10 @@ def paired_difference(first: np.ndarray, second: np.ndarray) -> MeanInterval | N
 def _correlation(both: int, one: int, other: int, neither: int) -> float:
     """Return the correlation phi of two outcomes, with Newcombe's continuity correction.
 
-    Args:
-        both, one, other, neither: numbers of draws, as in ``PairedShares``.
+    Parameters
+    ----------
+    both, one, other, neither
+        Numbers of draws, as in ``PairedShares``.
     """
     product = (both + one) * (other + neither) * (both + other) * (one + neither)
     if product == 0:
@@ -227,12 +242,18 @@ def sobol_of(
     table 2 (b) and (f). Intervals are percentiles of a bootstrap over the pairs, which are
     independent draws.
 
-    Args:
-        a, b: values of independently drawn drives, shape (n,), n a power of 2.
-        exchanged: values of drives of ``a`` with one factor of ``b``, shape (factors, n).
-        factors: names of the factors.
+    Parameters
+    ----------
+    a, b
+        Values of independently drawn drives, shape (n,), n a power of 2.
+    exchanged
+        Values of drives of ``a`` with one factor of ``b``, shape (factors, n).
+    factors
+        Names of the factors.
 
-    Returns:
+    Returns
+    -------
+    tuple[SobolIndex, ...]
         One index per factor; empty if the metric does not vary.
     """
     from scipy.stats import sobol_indices

@@ -71,8 +71,10 @@ class Sweep(Presented):
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a column, shape (runs,); NaN where a number is null.
 
-        Raises:
-            InputError: the name is unknown.
+        Raises
+        ------
+        InputError
+            The name is unknown.
         """
         if name not in self.table.column_names:
             raise InputError(f"{short(name)}: no such column; there are: {self._names}")
@@ -130,11 +132,15 @@ class Sweep(Presented):
 
         Columns and files are unchanged.
 
-        Args:
-            units: such as ``"rpm, g mm, deg"``.
+        Parameters
+        ----------
+        units
+            Such as ``"rpm, g mm, deg"``.
 
-        Raises:
-            InputError: see ``shown_units``.
+        Raises
+        ------
+        InputError
+            See ``shown_units``.
         """
         return replace(self, shown_units=shown_units(units))
 
@@ -156,9 +162,12 @@ class Sweep(Presented):
     def setting(self, key: str, value: float | str) -> str:
         """Return ``KEY=VALUE`` in the displayed unit; the unit is added if it is not SI.
 
-        Args:
-            key: dotted key of the scene.
-            value: value in SI, or a word.
+        Parameters
+        ----------
+        key
+            Dotted key of the scene.
+        value
+            Value in SI, or a word.
         """
         if isinstance(value, str):
             return f"{key}={value}"
@@ -181,8 +190,10 @@ class Sweep(Presented):
         For a time into the band, only balanced runs count if there is one, because an unbalanced
         drive may settle sooner.
 
-        Raises:
-            InputError: the metric has no preferred values.
+        Raises
+        ------
+        InputError
+            The metric has no preferred values.
         """
         (judged,) = metric_columns([metric])
         better = judged.better
@@ -201,9 +212,12 @@ class Sweep(Presented):
     def scene_of(self, run: int) -> Scene:
         """Return the scene of a run, to repeat it.
 
-        Raises:
-            InputError: there is no such run.
-            SceneError: its values give no valid scene; the message states why.
+        Raises
+        ------
+        InputError
+            There is no such run.
+        SceneError
+            Its values give no valid scene; the message states why.
         """
         if not 0 <= run < len(self.table):
             raise InputError(f"run {run!r}: must be from 0 to {len(self.table) - 1}")
@@ -216,8 +230,10 @@ class Sweep(Presented):
     def write(self, path: Path | str) -> None:
         """Write the table as Parquet (with units and scene) or CSV, by the suffix.
 
-        Raises:
-            InputError: the file cannot be written; the message contains the reason.
+        Raises
+        ------
+        InputError
+            The file cannot be written; the message contains the reason.
         """
         path = Path(path)
         if path.suffix.lower() not in (".parquet", ".csv"):
@@ -247,9 +263,12 @@ class Sweep(Presented):
     def to_xarray(self) -> "Dataset":
         """Return a grid's metrics with the keys as dimensions.
 
-        Raises:
-            InputError: the sweep is not a grid.
-            ImportError: xarray is not installed, which ab_sim does not need otherwise.
+        Raises
+        ------
+        InputError
+            The sweep is not a grid.
+        ImportError
+            Xarray is not installed, which ab_sim does not need otherwise.
         """
         try:
             from xarray import Dataset
@@ -306,9 +325,12 @@ def run_sweep(
 ) -> Sweep:
     """Run a scene at points; arguments as for ``rows_of``, ``executor`` None for this process.
 
-    Raises:
-        InputError: a metric is not a number, or another process is computing the same sweep.
-        SceneError: none of the first points is a valid scene; the message states why.
+    Raises
+    ------
+    InputError
+        A metric is not a number, or another process is computing the same sweep.
+    SceneError
+        None of the first points is a valid scene; the message states why.
     """
     wanted = tuple(dict.fromkeys(metrics))
     metric_columns(wanted)
@@ -328,9 +350,10 @@ def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
 def check_first(job: Job, points: Points) -> None:
     """Check a few points before anything runs, as a typing error would make every run fail.
 
-    Raises:
-        SceneError: none of the first, middle and last points is a valid scene; the message states
-            why.
+    Raises
+    ------
+    SceneError
+        None of the first, middle and last points is a valid scene; the message states why.
     """
     first = None
     for run in dict.fromkeys([0, len(points) // 2, len(points) - 1]):
@@ -347,10 +370,14 @@ def check_first(job: Job, points: Points) -> None:
 def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
     """Return rows as ``Sweep.table``, with the keys' columns, units and a description.
 
-    Args:
-        job: common data of the runs.
-        points: points of the rows, in their order.
-        rows: see ``rows_of``.
+    Parameters
+    ----------
+    job
+        Common data of the runs.
+    points
+        Points of the rows, in their order.
+    rows
+        See ``rows_of``.
     """
     table = _with_values(job, points, rows)
     units: dict[str, str | None] = {RUN: "1", OUTCOME: None, FAILURE: None}

@@ -42,8 +42,10 @@ class Normal(NamedTuple):
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return the quantiles at probabilities, shape (n,).
 
-        Args:
-            shares: probabilities above 0 and below 1, shape (n,).
+        Parameters
+        ----------
+        shares
+            Probabilities above 0 and below 1, shape (n,).
         """
         from scipy.special import ndtri
 
@@ -197,8 +199,10 @@ class _Options(NamedTuple):
 def tolerance_of(text: str) -> Tolerance:
     """Parse ``KEY=5%``, ``KEY=lognormal:0.1 mm,40%, per ball`` and similar; see ``_FORMS``.
 
-    Raises:
-        InputError: the text is invalid; the message states the fault and the allowed forms.
+    Raises
+    ------
+    InputError
+        The text is invalid; the message states the fault and the allowed forms.
     """
     name, equals, spread_text = (part.strip() for part in text.partition("="))
     if not equals or not name or not spread_text:
@@ -421,11 +425,15 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
     depends on it, such as ``fit of rotor.eccentricity``. It is the part of this key that earlier
     keys do not explain.
 
-    Args:
-        path: file of the fit.
+    Parameters
+    ----------
+    path
+        File of the fit.
 
-    Raises:
-        InputError: the file cannot be read or contains no fit; the message states why.
+    Raises
+    ------
+    InputError
+        The file cannot be read or contains no fit; the message states why.
     """
     origin = f"spread from {path}"
     try:
@@ -463,8 +471,10 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
 
     It is computed from the correlations, because the keys' units scale the covariance badly.
 
-    Raises:
-        ValueError: the covariance is not finite or not positive definite.
+    Raises
+    ------
+    ValueError
+        The covariance is not finite or not positive definite.
     """
     sizes = np.sqrt(np.diag(covariance))
     if not (np.isfinite(covariance).all() and (sizes > 0.0).all()):
@@ -482,10 +492,14 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
 def _of_key(key: Any, row: np.ndarray, keys: list[Any]) -> list[Tolerance]:
     """Return a key's tolerances, one per shared number on which it depends.
 
-    Args:
-        key: dotted key.
-        row: its row of the triangular factor, in the key's unit, shape (keys,).
-        keys: all fitted keys; each names the shared number of its column.
+    Parameters
+    ----------
+    key
+        Dotted key.
+    row
+        Its row of the triangular factor, in the key's unit, shape (keys,).
+    keys
+        All fitted keys; each names the shared number of its column.
     """
     whole = math.sqrt(float(row @ row))
     return [

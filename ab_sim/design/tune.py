@@ -212,15 +212,21 @@ def run_tuning(
 ) -> Tuning:
     """Search for the values of the keys with the best aim within the bounds.
 
-    Args:
-        task: definition of the search; equal tasks evaluate equal candidates.
-        executor: executor for the work; None for this process.
-        tell: see ``rows_of``.
+    Parameters
+    ----------
+    task
+        Definition of the search; equal tasks evaluate equal candidates.
+    executor
+        Executor for the work; None for this process.
+    tell
+        See ``rows_of``.
 
-    Raises:
-        InputError: a metric is not a number, nothing varies, or another process is running the same
-            tuning.
-        SceneError: the middle of the ranges is no valid scene; the message states why.
+    Raises
+    ------
+    InputError
+        A metric is not a number, nothing varies, or another process is running the same tuning.
+    SceneError
+        The middle of the ranges is no valid scene; the message states why.
     """
     scene = task.scene if task.scene.accuracy is None else resolve_accuracy(task.scene)[0]
     task = task._replace(scene=scene)
@@ -364,8 +370,10 @@ def _aim_and_within(scores: Scores, candidate: int) -> tuple[float | None, bool]
 def aim_of(minimise: str | None, maximise: str | None) -> Aim:
     """Return the aim for one of two metrics.
 
-    Raises:
-        InputError: none or both are given, or the metric is unknown or not a number.
+    Raises
+    ------
+    InputError
+        None or both are given, or the metric is unknown or not a number.
     """
     if (minimise is None) == (maximise is None):
         raise InputError("aim: give a metric either to minimise or to maximise, and not both")

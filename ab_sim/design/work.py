@@ -48,12 +48,17 @@ _SUFFIX = ".parquet"
 class Parts:
     """Finished rows of a sweep, a context manager.
 
-    Args:
-        job: common data of the runs.
-        points: defining values of the points, JSON-able.
+    Parameters
+    ----------
+    job
+        Common data of the runs.
+    points
+        Defining values of the points, JSON-able.
 
-    Raises:
-        InputError: another process is computing the same sweep.
+    Raises
+    ------
+    InputError
+        Another process is computing the same sweep.
     """
 
     def __init__(self, job: Job, points: dict[str, Any]) -> None:
@@ -162,16 +167,25 @@ def rows_of(
     Rows do not depend on the distribution of the work or on restarts. Results of earlier calls with
     the same job and points are reused.
 
-    Args:
-        job: common data of the runs.
-        points: values of the keys in each run.
-        executor: executor for the work, entered by the caller.
-        tell: progress callback; an exception in it ends the work, and finished rows are kept.
+    Parameters
+    ----------
+    job
+        Common data of the runs.
+    points
+        Values of the keys in each run.
+    executor
+        Executor for the work, entered by the caller.
+    tell
+        Progress callback; an exception in it ends the work, and finished rows are kept.
 
-    Raises:
-        InputError: another process is computing the same rows.
-        WorkerLost: a worker process was lost.
-        ClusterUnusable: see ``Cluster``.
+    Raises
+    ------
+    InputError
+        Another process is computing the same rows.
+    WorkerLost
+        A worker process was lost.
+    ClusterUnusable
+        See ``Cluster``.
     """
     with StudyRuns(job, points.report(), executor) as runs:
         whole = runs.rows(points, range(len(points)), tell)
@@ -182,10 +196,14 @@ def rows_of(
 class StudyRuns:
     """Runs of a study, a context manager; see ``rows_of``.
 
-    Args:
-        job: common data of the runs.
-        study: defining values of all points of the study, JSON-able.
-        executor: executor for the work, entered by the caller.
+    Parameters
+    ----------
+    job
+        Common data of the runs.
+    study
+        Defining values of all points of the study, JSON-able.
+    executor
+        Executor for the work, entered by the caller.
     """
 
     def __init__(self, job: Job, study: dict[str, Any], executor: Executor) -> None:
@@ -207,10 +225,14 @@ class StudyRuns:
     def rows(self, points: Points, runs: range, tell: Progress | None = None) -> pyarrow.Table:
         """Return rows of some points in the order of their numbers; finished ones are reused.
 
-        Args:
-            points: points of the study; a number always denotes the same point.
-            runs: range of their numbers.
-            tell: see ``rows_of``.
+        Parameters
+        ----------
+        points
+            Points of the study; a number always denotes the same point.
+        runs
+            Range of their numbers.
+        tell
+            See ``rows_of``.
         """
         first, end = np.searchsorted(self._done[RUN].to_numpy(), (runs.start, runs.stop))
         chosen = self._done.slice(first, end - first)
@@ -258,10 +280,14 @@ class StudyRuns:
 class _Chunks(Sequence[list[Point]]):
     """Points in chunks, created on access because there may be millions.
 
-    Args:
-        points: values of the keys in each run.
-        runs: numbers of the runs, shape (n,).
-        size: number of runs in a chunk.
+    Parameters
+    ----------
+    points
+        Values of the keys in each run.
+    runs
+        Numbers of the runs, shape (n,).
+    size
+        Number of runs in a chunk.
     """
 
     def __init__(self, points: Points, runs: np.ndarray, size: int) -> None:
@@ -288,10 +314,14 @@ class _Chunks(Sequence[list[Point]]):
 class _Progress:
     """Progress of a study, with rate and remaining time.
 
-    Args:
-        runs: number of all runs.
-        already_done: number of runs that are finished at the start.
-        tell: progress callback; None for none.
+    Parameters
+    ----------
+    runs
+        Number of all runs.
+    already_done
+        Number of runs that are finished at the start.
+    tell
+        Progress callback; None for none.
     """
 
     def __init__(self, runs: int, already_done: int, tell: Progress | None) -> None:

@@ -60,10 +60,14 @@ def body_names(scene: Scene) -> list[str]:
 def motion_of(name: str, scene: Scene, now: Observation) -> BodyMotion:
     """Return the motion of a body; as in the URDF, a runout of the race is left out.
 
-    Args:
-        name: name of the body, see ``body_names``.
-        scene: scene of the drive.
-        now: observation of the drive.
+    Parameters
+    ----------
+    name
+        Name of the body, see ``body_names``.
+    scene
+        Scene of the drive.
+    now
+        Observation of the drive.
     """
     place, velocity, acceleration = (
         np.pad(vector, (0, 3 - len(vector)))
@@ -98,15 +102,23 @@ def motion_of(name: str, scene: Scene, now: Observation) -> BodyMotion:
 def moved(drive: Drive, name: str, pose: BodyPose | None, velocity: BodyRates | None) -> Snapshot:
     """Return the snapshot of a drive with another state of its deck or of a ball.
 
-    Args:
-        drive: drive, which does not change.
-        name: body to move.
-        pose: new pose; only the position along the race is used for a ball. None: unchanged.
-        velocity: new velocity; only the speed along the race is used for a ball. None: unchanged.
+    Parameters
+    ----------
+    drive
+        Drive, which does not change.
+    name
+        Body to move.
+    pose
+        New pose; only the position along the race is used for a ball. None: unchanged.
+    velocity
+        New velocity; only the speed along the race is used for a ball. None: unchanged.
 
-    Raises:
-        InputError: the pose or velocity is impossible; the message states the reason.
-        SceneError: the state of the body cannot be set in this scene.
+    Raises
+    ------
+    InputError
+        The pose or velocity is impossible; the message states the reason.
+    SceneError
+        The state of the body cannot be set in this scene.
     """
     numbers = [*(x for part in pose or () for x in part), *(x for v in velocity or () for x in v)]
     if not np.all(np.isfinite(numbers)):

@@ -35,9 +35,12 @@ class Balance(NamedTuple):
 def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Return the balls' part of the unbalance, sum m_i R exp(i theta_i) [kg m], complex.
 
-    Args:
-        moments: m_i R [kg m], shape (balls,).
-        angles: theta_i [rad], shape (..., balls).
+    Parameters
+    ----------
+    moments
+        m_i R [kg m], shape (balls,).
+    angles
+        theta_i [rad], shape (..., balls).
     """
     return ordered_dot(np.exp(1j * angles), moments)
 
@@ -47,9 +50,12 @@ def can_balance(unbalance: float, moments: Sequence[float]) -> bool:
 
     They can if the longest side is at most the sum of all others.
 
-    Args:
-        unbalance: M0 e [kg m].
-        moments: m_i R of each ball [kg m].
+    Parameters
+    ----------
+    unbalance
+        M0 e [kg m].
+    moments
+        m_i R of each ball [kg m].
     """
     sides = [unbalance, *moments]
     longest = max(sides)
@@ -61,10 +67,14 @@ def completed(unbalance: float, moments: Sequence[float], placed: np.ndarray) ->
 
     The first two balls balance the rest of rotor and given balls: three-ball (27)-(34).
 
-    Args:
-        unbalance: M0 e [kg m].
-        moments: m_i R of at least two balls [kg m].
-        placed: angles of the last n - 2 balls [rad], shape (n - 2,).
+    Parameters
+    ----------
+    unbalance
+        M0 e [kg m].
+    moments
+        m_i R of at least two balls [kg m].
+    placed
+        Angles of the last n - 2 balls [rad], shape (n - 2,).
     """
     one, two, *rest = moments
     need = -unbalance - complex(resultant(np.array(rest), np.asarray(placed, float)))
@@ -96,9 +106,12 @@ def balance_of(unbalance: float, moments: Sequence[float]) -> Balance | None:
     remainder. No other ball is heavier than the second, so the remainder cannot jump past the range
     of these two.
 
-    Args:
-        unbalance: M0 e [kg m], at least 0.
-        moments: m_i R of each ball [kg m], above 0.
+    Parameters
+    ----------
+    unbalance
+        M0 e [kg m], at least 0.
+    moments
+        m_i R of each ball [kg m], above 0.
     """
     if not moments:
         return None
@@ -179,10 +192,14 @@ class DrivenBalls(NamedTuple):
         prints abs(sin gamma), but the values in its figures are those of the first forward peak of
         the signed form.
 
-        Args:
-            x, y: displacement of the race's centre [m]; in the plane, of the deck on inertial axes.
-            angle: angles psi_i of the balls on the same axes [rad].
-            speed: absolute speeds psi_i' of the balls [rad/s].
+        Parameters
+        ----------
+        x, y
+            Displacement of the race's centre [m]; in the plane, of the deck on inertial axes.
+        angle
+            Angles psi_i of the balls on the same axes [rad].
+        speed
+            Absolute speeds psi_i' of the balls [rad/s].
         """
         # sin gamma = sin(psi_i - delta), cos gamma = -cos(psi_i - delta), delta the whirl's
         # direction.
@@ -242,8 +259,10 @@ class WhirlWithoutBalls:
     acceleration as constant and is exact for them. Steps of 10 ms are within 0.2 % of the peak of a
     simulation.
 
-    Args:
-        rotor: the drive without balls.
+    Parameters
+    ----------
+    rotor
+        The drive without balls.
     """
 
     def __init__(self, rotor: RotorWithoutBalls) -> None:

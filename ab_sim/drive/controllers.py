@@ -40,10 +40,14 @@ class RunController(ABC):
     ``command`` is called every period from t = 0 on, with all samples up to and including that
     instant.
 
-    Args:
-        scene: scene whose profile depends on measurements.
-        period: number of steps from one command to the next.
-        faults: faults of the drive; those of sensors alter the input.
+    Parameters
+    ----------
+    scene
+        Scene whose profile depends on measurements.
+    period
+        Number of steps from one command to the next.
+    faults
+        Faults of the drive; those of sensors alter the input.
     """
 
     def __init__(self, scene: Scene, period: int, faults: Iterable[Fault]) -> None:
@@ -64,8 +68,10 @@ class RunController(ABC):
     def restore(self, state: Any) -> None:
         """Continue from a state of a controller of the same scene.
 
-        Raises:
-            ValueError: the state is not valid.
+        Raises
+        ------
+        ValueError
+            The state is not valid.
         """
 
     def next(self, step: int) -> int:
@@ -75,9 +81,12 @@ class RunController(ABC):
     def command(self, newest: Trajectory, step: int) -> float | None:
         """Return the speed to command at a step [rad/s]; None if no command is due or ready.
 
-        Args:
-            newest: all steps since the last call, this one included; empty at the start.
-            step: the present step.
+        Parameters
+        ----------
+        newest
+            All steps since the last call, this one included; empty at the start.
+        step
+            The present step.
         """
         if len(newest):
             self._receive(newest)
@@ -99,8 +108,10 @@ class RunController(ABC):
 def settings_of(scene: Scene) -> StartUpSettings:
     """Return the settings of the controller of a scene's adaptive start-up.
 
-    Raises:
-        SceneError: the scene's profile is of another kind.
+    Raises
+    ------
+    SceneError
+        The scene's profile is of another kind.
     """
     profile = scene.profile
     if not isinstance(profile, AdaptiveProfile):
@@ -140,9 +151,12 @@ class AdaptiveController(RunController):
     Like the controller of a live drive in lock step, it commands nothing before it has received the
     sample at the end of the sensor's first period.
 
-    Args:
-        scene: scene with an adaptive profile.
-        faults: faults of the drive; those of the sensor and of the spindle's speed alter the input.
+    Parameters
+    ----------
+    scene
+        Scene with an adaptive profile.
+    faults
+        Faults of the drive; those of the sensor and of the spindle's speed alter the input.
     """
 
     def __init__(self, scene: Scene, faults: Iterable[Fault] = ()) -> None:
@@ -206,9 +220,12 @@ class AdaptiveController(RunController):
 class SegmentsController(RunController):
     """Controller of the segments of a profile.
 
-    Args:
-        scene: scene whose profile has a segment that ends on a condition.
-        faults: faults of the drive; those of sensors alter the input.
+    Parameters
+    ----------
+    scene
+        Scene whose profile has a segment that ends on a condition.
+    faults
+        Faults of the drive; those of sensors alter the input.
     """
 
     def __init__(self, scene: Scene, faults: Iterable[Fault] = ()) -> None:
@@ -281,8 +298,10 @@ def restored_controller(
 ) -> RunController | None:
     """Return the controller of a drive in the state of a snapshot; None if it has none.
 
-    Raises:
-        ValueError: the snapshot belongs to a drive with another profile.
+    Raises
+    ------
+    ValueError
+        The snapshot belongs to a drive with another profile.
     """
     if snapshot.controller is None:
         return None

@@ -22,7 +22,9 @@ _MOVES_THE_DECK = ("deck_force", "space_force")
 def explain(scene: Scene) -> dict[str, Any]:
     """Return the quantities that explain a run; each is None if it has no meaning.
 
-    Returns:
+    Returns
+    -------
+    dict[str, Any]
         - ``motion``: expected size of the deck's motion [m], for the scale of a drawing.
         - ``unbalance``, ``moments``: M0 e and m_i R [kg m].
         - ``balance``: fields of `Balance`, or ``left_out`` with the reason for none.
@@ -135,11 +137,13 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
 
     ``check_scene(describe(scene)["scene"], "a recording")`` returns the scene.
 
-    Args:
-        scene: scene with the solver that the drive uses, not with an accuracy, so that a repetition
-            gives the same bits.
-        accuracy: origin of that solver, ``WorkPrecision.report``; None if no accuracy was
-            requested.
+    Parameters
+    ----------
+    scene
+        Scene with the solver that the drive uses, not with an accuracy, so that a repetition gives
+        the same bits.
+    accuracy
+        Origin of that solver, ``WorkPrecision.report``; None if no accuracy was requested.
     """
     radii, system = scene.balls.radii, system_of(scene)
     return {

@@ -26,14 +26,20 @@ def with_disc(
 ) -> tuple[Scene, Callable[[Snapshot], Snapshot]]:
     """Return a scene with another disc, and the function that converts a drive's snapshot to it.
 
-    Args:
-        scene: scene with the previous disc.
-        eccentricity: eccentricity of the rotor with the new disc [m].
-        further: direction of the new unbalance from that of the old one [rad].
+    Parameters
+    ----------
+    scene
+        Scene with the previous disc.
+    eccentricity
+        Eccentricity of the rotor with the new disc [m].
+    further
+        Direction of the new unbalance from that of the old one [rad].
 
-    Raises:
-        SceneError: the eccentricity is invalid, or the rotor's inertia or the states of a deck
-            model that is not built in would have to be turned.
+    Raises
+    ------
+    SceneError
+        The eccentricity is invalid, or the rotor's inertia or the states of a deck model that is
+        not built in would have to be turned.
     """
     if further:
         require_built_in(scene, f"another disc with disc_angle = {further:g} rad")

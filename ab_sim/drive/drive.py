@@ -199,12 +199,17 @@ class Drive:
     def follow(self, speeds: TimedSpeeds, acceleration: float) -> None:
         """Follow speeds over time from their start on; keep the present schedule until then.
 
-        Args:
-            speeds: a trajectory within the limits, whose start is not in the past.
-            acceleration: largest acceleration up to its first point [rad/s^2].
+        Parameters
+        ----------
+        speeds
+            A trajectory within the limits, whose start is not in the past.
+        acceleration
+            Largest acceleration up to its first point [rad/s^2].
 
-        Raises:
-            CommandError: as ``command``; nothing has changed.
+        Raises
+        ------
+        CommandError
+            As ``command``; nothing has changed.
         """
         self._check_stable(speeds.top_speed())
         self.schedule = joined(self.schedule, self.time, speeds, acceleration)
@@ -420,8 +425,10 @@ class Drive:
     def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray | KeptArray) -> None:
         """Take steps along a plan from the present on, without counting them yet.
 
-        Raises:
-            DivergedError: the state went out of bounds; the steps before are counted.
+        Raises
+        ------
+        DivergedError
+            The state went out of bounds; the steps before are counted.
         """
         command = math.nan if self._command is None else self._command
         taken = step_plan.walk(self._steps.along, self.steps, steps, command, samples)

@@ -123,8 +123,10 @@ class Snapshot(NamedTuple):
     def check_like(self, other: "Snapshot") -> None:
         """Refuse a snapshot that cannot belong to the same scene as another one.
 
-        Raises:
-            ValueError: balls, step, effects or sensors differ; the message states the difference.
+        Raises
+        ------
+        ValueError
+            Balls, step, effects or sensors differ; the message states the difference.
         """
         if self.state.shape != other.state.shape or self.step != other.step:
             raise ValueError("the snapshot is of a drive with other balls, step or energy balance")
@@ -146,9 +148,12 @@ def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
 class RowReader:
     """Converter of a kernel's rows to trajectories and observations, with sensor readings.
 
-    Args:
-        scene: scene of the rows.
-        system: the same scene as a system.
+    Parameters
+    ----------
+    scene
+        Scene of the rows.
+    system
+        The same scene as a system.
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
@@ -181,9 +186,11 @@ class RowReader:
     def trajectory(self, samples: np.ndarray) -> Trajectory:
         """Return the trajectory of some steps; sensor readings continue from the last call.
 
-        Args:
-            samples: rows as written by ``fixed_step.record``, shape (steps, channels). The last
-                columns receive the sensor readings; the trajectory owns the array.
+        Parameters
+        ----------
+        samples
+            Rows as written by ``fixed_step.record``, shape (steps, channels). The last columns
+            receive the sensor readings; the trajectory owns the array.
         """
         if self.pickups and len(samples):
             first = int(samples[0, STEP])
@@ -195,8 +202,10 @@ class RowReader:
     def present(self, sample: np.ndarray) -> Trajectory:
         """Return the trajectory of one sample, with the readings that the sensors hold.
 
-        Args:
-            sample: row as in ``trajectory``, shape (1, channels).
+        Parameters
+        ----------
+        sample
+            Row as in ``trajectory``, shape (1, channels).
         """
         for pickup, at in zip(self.pickups.values(), self._readings(), strict=True):
             sample[:, at] = pickup.reading
@@ -207,10 +216,14 @@ class RowReader:
     ) -> Observation:
         """Return the observation of one sample with derived quantities.
 
-        Args:
-            present: as returned by ``present``.
-            time: time of the sample [s].
-            discrete_state: active branches of friction at that time.
+        Parameters
+        ----------
+        present
+            As returned by ``present``.
+        time
+            Time of the sample [s].
+        discrete_state
+            Active branches of friction at that time.
         """
         row = present.samples[0]
         psi, omega, command = (float(x) for x in row[2:5])
@@ -253,11 +266,16 @@ class RowReader:
     def sensed(self, name: str, samples: np.ndarray) -> np.ndarray:
         """Return the quantity that a sensor measures, without the sensor's own dynamics and noise.
 
-        Args:
-            name: name of the sensor.
-            samples: channels of the deck model, shape (samples, channels).
+        Parameters
+        ----------
+        name
+            Name of the sensor.
+        samples
+            Channels of the deck model, shape (samples, channels).
 
-        Returns:
+        Returns
+        -------
+        np.ndarray
             Specific force on the deck's axes [m/s^2] for an accelerometer, displacement on inertial
             axes [m] for a probe; shape (samples, axes).
         """

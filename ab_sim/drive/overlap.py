@@ -35,8 +35,10 @@ class OverlapAccumulator:
     Two balls overlap if the chord between their centres on a round race is shorter than a_i + a_j.
     They have also overlapped if one has passed the other between two samples.
 
-    Args:
-        scene: scene of the samples.
+    Parameters
+    ----------
+    scene
+        Scene of the samples.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -73,9 +75,12 @@ class OverlapAccumulator:
     def look(self, time: np.ndarray, angles: np.ndarray) -> None:
         """Process the next samples.
 
-        Args:
-            time: times of at least one sample [s], shape (samples,).
-            angles: ball angles, unwrapped [rad], shape (samples, balls).
+        Parameters
+        ----------
+        time
+            Times of at least one sample [s], shape (samples,).
+        angles
+            Ball angles, unwrapped [rad], shape (samples, balls).
         """
         if not self.possible or len(self._pairs) == 0:
             return

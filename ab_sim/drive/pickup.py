@@ -57,12 +57,18 @@ class LowPass(NamedTuple):
 def _low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
     """Filter step by step, so that the result does not depend on how calls are grouped.
 
-    Args:
-        filter_: factors of the low-pass.
-        force: input [m/s^2], shape (steps, axes).
-        mode: z of each axis, real and imaginary part, shape (axes, 2); modified in place.
-        last: last input of each axis [m/s^2], shape (axes,); modified in place.
-        passed: receives the output [m/s^2], shape (steps, axes).
+    Parameters
+    ----------
+    filter_
+        Factors of the low-pass.
+    force
+        Input [m/s^2], shape (steps, axes).
+    mode
+        z of each axis, real and imaginary part, shape (axes, 2); modified in place.
+    last
+        Last input of each axis [m/s^2], shape (axes,); modified in place.
+    passed
+        Receives the output [m/s^2], shape (steps, axes).
     """
     for k in range(force.shape[0]):
         for i in range(force.shape[1]):
@@ -110,14 +116,21 @@ class Pickup:
     however the steps are grouped into calls, and after restoring a ``state``. The noise of a step
     depends on the seed, the stream and the step's number only.
 
-    Args:
-        sensor: parameters of the sensor.
-        step: integration step [s].
-        axes: number of axes: 2, or 3 on a deck that moves in space, the third along the shaft.
-        stream: number of earlier sensors with the same seed, so that their noise differs.
+    Parameters
+    ----------
+    sensor
+        Parameters of the sensor.
+    step
+        Integration step [s].
+    axes
+        Number of axes: 2, or 3 on a deck that moves in space, the third along the shaft.
+    stream
+        Number of earlier sensors with the same seed, so that their noise differs.
 
-    Raises:
-        ValueError: the number of steps between samples is not an integer.
+    Raises
+    ------
+    ValueError
+        The number of steps between samples is not an integer.
     """
 
     def __init__(self, sensor: Sampled, step: float, axes: int = 2, stream: int = 0) -> None:
@@ -137,9 +150,11 @@ class Pickup:
     def reset(self, initial: np.ndarray) -> None:
         """Reset to the steady state under a constant input without noise.
 
-        Args:
-            initial: input on inertial axes [m/s^2], shape (axes,); its reading is held until the
-                first sample.
+        Parameters
+        ----------
+        initial
+            Input on inertial axes [m/s^2], shape (axes,); its reading is held until the first
+            sample.
         """
         force = self._on_axes(np.asarray(initial, dtype=float).reshape(1, self.axes))[0]
         self._mode = np.zeros(self.axes, dtype=complex)
@@ -163,12 +178,17 @@ class Pickup:
     def process(self, first_step: int, specific_force: np.ndarray) -> np.ndarray:
         """Return the readings at the end of consecutive integration steps.
 
-        Args:
-            first_step: number of the first of these steps, one after the last of the previous call.
-            specific_force: acceleration minus gravity at the end of each step, on inertial axes
-                [m/s^2], shape (steps, axes).
+        Parameters
+        ----------
+        first_step
+            Number of the first of these steps, one after the last of the previous call.
+        specific_force
+            Acceleration minus gravity at the end of each step, on inertial axes [m/s^2], shape
+            (steps, axes).
 
-        Returns:
+        Returns
+        -------
+        np.ndarray
             Readings on the sensor's axes [m/s^2], shape (steps, axes). The sensor takes a sample at
             every step whose number is a multiple of ``steps_per_sample``, and holds it.
         """

@@ -38,12 +38,17 @@ def write_content(path: Path, content: Mapping[str, Any]) -> None:
     Only a snapshot of the same format is replaced, because any ROS peer can set the parameter that
     the path may come from.
 
-    Args:
-        path: file that ends in .json.
-        content: JSON-able values, including the name of their ``format``.
+    Parameters
+    ----------
+    path
+        File that ends in .json.
+    content
+        JSON-able values, including the name of their ``format``.
 
-    Raises:
-        InputError: the file cannot be written, or the existing file is no such snapshot.
+    Raises
+    ------
+    InputError
+        The file cannot be written, or the existing file is no such snapshot.
     """
     check_ending(path, REPORT, "snapshot")
     check_writable(path, "snapshot")
@@ -66,13 +71,19 @@ def write_content(path: Path, content: Mapping[str, Any]) -> None:
 def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
     """Read a snapshot file.
 
-    Args:
-        path: file to read.
-        named: expected value of the entry ``format``.
-        otherwise: end of the message for a JSON file with another format.
+    Parameters
+    ----------
+    path
+        File to read.
+    named
+        Expected value of the entry ``format``.
+    otherwise
+        End of the message for a JSON file with another format.
 
-    Raises:
-        InputError: the file is missing, damaged, or of another format.
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, or of another format.
     """
     try:
         check_regular(path)
@@ -95,11 +106,15 @@ def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
 def origin(*modules: str) -> dict[str, str]:
     """Return version and sources that a file must have to be continued with the same bits.
 
-    Args:
-        modules: names of the modules that continue.
+    Parameters
+    ----------
+    modules
+        Names of the modules that continue.
 
-    Raises:
-        InputError: the sources of a module have changed since it was imported.
+    Raises
+    ------
+    InputError
+        The sources of a module have changed since it was imported.
     """
     return {"ab_sim": __version__, "kernel": _kernel(*modules)}
 
@@ -107,8 +122,10 @@ def origin(*modules: str) -> dict[str, str]:
 def check_origin(path: Path, content: Mapping[str, Any], *modules: str) -> None:
     """Refuse a file that these modules did not write.
 
-    Raises:
-        InputError: the file was written by another version or other sources.
+    Raises
+    ------
+    InputError
+        The file was written by another version or other sources.
     """
     ours = origin(*modules)
     if any(content.get(key) != value for key, value in ours.items()):
@@ -144,8 +161,10 @@ ROUNDING = 1e-6
 def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
     """Refuse a snapshot with a number that no run of its scene can reach.
 
-    Raises:
-        ValueError: a number is out of bounds; the message names it and its bounds.
+    Raises
+    ------
+    ValueError
+        A number is out of bounds; the message names it and its bounds.
     """
     system = system_of(scene)
     if snapshot.state.size > layout_of(system).size:
@@ -212,15 +231,23 @@ def write_snapshot(
 ) -> None:
     """Write a snapshot; an existing file is replaced atomically.
 
-    Args:
-        path: file that ends in .json.
-        scene: the drive's scene.
-        snapshot: the drive's state.
-        extra: further JSON-able values to store.
-        modules: names of the modules that continue from these values.
+    Parameters
+    ----------
+    path
+        File that ends in .json.
+    scene
+        The drive's scene.
+    snapshot
+        The drive's state.
+    extra
+        Further JSON-able values to store.
+    modules
+        Names of the modules that continue from these values.
 
-    Raises:
-        InputError: the file cannot be written.
+    Raises
+    ------
+    InputError
+        The file cannot be written.
     """
     run = json.dumps({"drive": _as_values(snapshot), "extra": dict(extra)})
     content = {
@@ -237,13 +264,19 @@ def write_snapshot(
 def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, dict[str, Any]]:
     """Read a snapshot and the further values stored with it.
 
-    Args:
-        path: file to read.
-        scene: scene of the drive that continues.
-        modules: names of the modules that were passed to ``write_snapshot``.
+    Parameters
+    ----------
+    path
+        File to read.
+    scene
+        Scene of the drive that continues.
+    modules
+        Names of the modules that were passed to ``write_snapshot``.
 
-    Raises:
-        InputError: the file is missing, damaged, or from another scene or another version.
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, or from another scene or another version.
     """
     content = read_content(path, _FORMAT, "no snapshot of ab_sim")
     if (version := content.get("version")) != _VERSION:

@@ -49,8 +49,10 @@ DriverOf = Callable[[StepPlanPart], Callable[..., int]]
 class StepPlan:
     """Plan of all steps ahead, created once, so that a call only has to find its first step range.
 
-    Args:
-        ahead: the step ranges, at least one, with all parts of whole steps.
+    Parameters
+    ----------
+    ahead
+        The step ranges, at least one, with all parts of whole steps.
     """
 
     def __init__(self, ahead: Iterable[StepRange]) -> None:
@@ -92,9 +94,12 @@ class StepPlan:
 
         Arguments and result are those of ``fixed_step.advance``.
 
-        Args:
-            driver: function that returns the function for steps along a part; see ``Steps.along``.
-            samples: receives the samples; a KeptArray has room for at most one step.
+        Parameters
+        ----------
+        driver
+            Function that returns the function for steps along a part; see ``Steps.along``.
+        samples
+            Receives the samples; a KeptArray has room for at most one step.
         """
         done = 0
         for part, begun in self.after(first):
@@ -128,11 +133,16 @@ _MOST_NAMED = 3
 def diverged(beyond: Sequence[str], stepper: Stepper, step: float, time: float) -> DivergedError:
     """Return the error that names the variables out of bounds, the likely cause, and a step to try.
 
-    Args:
-        beyond: variables of the state that are out of bounds.
-        stepper: stepper in use.
-        step: integration step [s].
-        time: end of the step that went out of bounds [s].
+    Parameters
+    ----------
+    beyond
+        Variables of the state that are out of bounds.
+    stepper
+        Stepper in use.
+    step
+        Integration step [s].
+    time
+        End of the step that went out of bounds [s].
     """
     wrong = list(beyond)
     cause = "the step is too long for the scene's masses, stiffness and drag"
@@ -153,16 +163,25 @@ def diverged(beyond: Sequence[str], stepper: Stepper, step: float, time: float) 
 class Steps:
     """State and compiled functions of the integration of a system.
 
-    Args:
-        system: system to integrate; its kind is fixed, its numbers may change.
-        stepper: integration method.
-        step: integration step [s].
-        discrete_state: active branches at the start, shape (n + 1, MODES); events change them.
+    Parameters
+    ----------
+    system
+        System to integrate; its kind is fixed, its numbers may change.
+    stepper
+        Integration method.
+    step
+        Integration step [s].
+    discrete_state
+        Active branches at the start, shape (n + 1, MODES); events change them.
 
-    Attributes:
-        state: state of the system, shape (states,).
-        discrete_state: the array that was passed.
-        work: workspace of a step.
+    Attributes
+    ----------
+    state
+        State of the system, shape (states,).
+    discrete_state
+        The array that was passed.
+    work
+        Workspace of a step.
     """
 
     def __init__(
@@ -239,10 +258,14 @@ class Steps:
 def _implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
     """Return the workspace of an implicit step.
 
-    Args:
-        weights: parameters of the generalized-alpha method.
-        code: machine code of the kind of scene, with the slope and its derivative.
-        states: number of states.
+    Parameters
+    ----------
+    weights
+        Parameters of the generalized-alpha method.
+    code
+        Machine code of the kind of scene, with the slope and its derivative.
+    states
+        Number of states.
     """
     lanes = lanes_for(code.model.count)
     return ImplicitWork(

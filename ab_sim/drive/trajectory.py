@@ -106,15 +106,22 @@ def taken(run: "Trajectory", every: int) -> np.ndarray:
 def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, int]:
     """Check that the samples of a run fit in memory, and return ``steps`` and ``every``.
 
-    Args:
-        steps: number of steps.
-        every: number of steps per sample to keep.
-        channels: channels of a sample.
+    Parameters
+    ----------
+    steps
+        Number of steps.
+    every
+        Number of steps per sample to keep.
+    channels
+        Channels of a sample.
 
-    Raises:
-        TypeError: ``steps`` or ``every`` is not an integer.
-        ValueError: a number is too small, or too many samples result; the message names the limit
-            and an ``every`` that suffices.
+    Raises
+    ------
+    TypeError
+        ``steps`` or ``every`` is not an integer.
+    ValueError
+        A number is too small, or too many samples result; the message names the limit and an
+        ``every`` that suffices.
     """
     steps, every = _counted("steps", steps, least=0), _counted("every", every, least=1)
     fit = MAX_VALUES // len(channels)
@@ -145,8 +152,10 @@ def _counted(name: str, value: int, least: int) -> int:
 def column_of(channel: str, channels: Sequence[str]) -> int:
     """Return the column of a channel.
 
-    Raises:
-        KeyError: no channel has that name; the message lists the nearest and all names.
+    Raises
+    ------
+    KeyError
+        No channel has that name; the message lists the nearest and all names.
     """
     try:
         return channels.index(channel)

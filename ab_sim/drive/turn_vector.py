@@ -34,9 +34,12 @@ class TurnVector:
         NaN before the first whole turn, at standstill, and for a turn after samples that are too
         far apart.
 
-        Args:
-            angle: psi of at least one further sample [rad], shape (samples,).
-            x, y: displacement on inertial axes [m], shape (samples,).
+        Parameters
+        ----------
+        angle
+            Psi of at least one further sample [rad], shape (samples,).
+        x, y
+            Displacement on inertial axes [m], shape (samples,).
         """
         sound = np.isfinite(x) & np.isfinite(y)
         vectors = (np.where(sound, x, 0.0) + 1j * np.where(sound, y, 0.0)) * np.exp(-1j * angle)

@@ -62,10 +62,13 @@ def urdf_of(scene: Scene, ros2_control: bool = False) -> str:
     Frames have the names of ``ab_sim.scene.sensors`` without a namespace, which
     robot_state_publisher and RViz put in front (`frame_prefix`, TF Prefix).
 
-    Args:
-        scene: a checked scene.
-        ros2_control: whether to add limits of the spindle and the block `<ros2_control>` of
-            ros2_control's topic hardware.
+    Parameters
+    ----------
+    scene
+        A checked scene.
+    ros2_control
+        Whether to add limits of the spindle and the block `<ros2_control>` of ros2_control's topic
+        hardware.
     """
     robot = Xml.Element("robot", name="drive")
     for name, colour in _COLOURS.items():

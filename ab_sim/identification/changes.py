@@ -38,13 +38,20 @@ def changes_in(
     with the recordings that fit as a whole. The beginning is extended as long as the prediction
     agrees with the measurement.
 
-    Args:
-        problem: problem with all recordings.
-        white: whether the residuals of the whole fit are noise, for each recording.
-        held: indices of the common parameters that stay at their start.
-        search: settings of the fits.
+    Parameters
+    ----------
+    problem
+        Problem with all recordings.
+    white
+        Whether the residuals of the whole fit are noise, for each recording.
+    held
+        Indices of the common parameters that stay at their start.
+    search
+        Settings of the fits.
 
-    Returns:
+    Returns
+    -------
+    tuple[Departure, ...]
         The changes, at most one per recording.
     """
     good = [measured for k, measured in enumerate(problem.recordings) if white[k]]

@@ -52,13 +52,18 @@ _TURNS_OFF = 0.08
 def check_time(time: np.ndarray, name: str) -> None:
     """Refuse times that do not belong to a single run.
 
-    Args:
-        time: times of the samples [s].
-        name: name of the recording.
+    Parameters
+    ----------
+    time
+        Times of the samples [s].
+    name
+        Name of the recording.
 
-    Raises:
-        InputError: there are too few times, they do not rise, or they have a gap. The message
-            states the fault, its place and the remedy.
+    Raises
+    ------
+    InputError
+        There are too few times, they do not rise, or they have a gap. The message states the fault,
+        its place and the remedy.
     """
     if len(time) < _FEWEST:
         raise InputError(
@@ -109,14 +114,21 @@ def check_time(time: np.ndarray, name: str) -> None:
 def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> None:
     """Refuse spindle data with missing samples.
 
-    Args:
-        time: times of the samples [s].
-        values: speed, angle or reading of the spindle, in any unit.
-        what: name of the column.
-        name: name of the recording.
+    Parameters
+    ----------
+    time
+        Times of the samples [s].
+    values
+        Speed, angle or reading of the spindle, in any unit.
+    what
+        Name of the column.
+    name
+        Name of the recording.
 
-    Raises:
-        InputError: a sample is not a finite number.
+    Raises
+    ------
+    InputError
+        A sample is not a finite number.
     """
     rows = np.flatnonzero(~np.isfinite(values))
     if len(rows):
@@ -130,14 +142,21 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
 def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> None:
     """Refuse a spindle speed that a run cannot follow.
 
-    Args:
-        time: times of the samples [s].
-        speed: spindle speed [rad/s].
-        what: name of the column.
-        name: name of the recording.
+    Parameters
+    ----------
+    time
+        Times of the samples [s].
+    speed
+        Spindle speed [rad/s].
+    what
+        Name of the column.
+    name
+        Name of the recording.
 
-    Raises:
-        InputError: samples are missing, or there are too few turns or samples per turn.
+    Raises
+    ------
+    InputError
+        Samples are missing, or there are too few turns or samples per turn.
     """
     check_finite(time, speed, what, name)
     top = float(np.max(np.abs(speed)))
@@ -159,14 +178,21 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
 def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: str) -> None:
     """Refuse a speed and an angle that contradict each other.
 
-    Args:
-        time: times of the samples [s].
-        speed: spindle speed [rad/s].
-        angle: unwrapped spindle angle [rad].
-        name: name of the recording.
+    Parameters
+    ----------
+    time
+        Times of the samples [s].
+    speed
+        Spindle speed [rad/s].
+    angle
+        Unwrapped spindle angle [rad].
+    name
+        Name of the recording.
 
-    Raises:
-        InputError: the two differ by a factor, or from some time on.
+    Raises
+    ------
+    InputError
+        The two differ by a factor, or from some time on.
     """
     turned, expected = np.diff(angle), 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
     whole = float(expected.sum())
@@ -198,18 +224,28 @@ def check_signal(
 ) -> str:
     """Refuse a signal without information, or with a faulty sensor.
 
-    Args:
-        time: times of the samples [s].
-        angle: spindle angle [rad].
-        signal: signal, NaN for missing samples.
-        what: name of the column.
-        name: name of the recording.
+    Parameters
+    ----------
+    time
+        Times of the samples [s].
+    angle
+        Spindle angle [rad].
+    signal
+        Signal, NaN for missing samples.
+    what
+        Name of the column.
+    name
+        Name of the recording.
 
-    Returns:
+    Returns
+    -------
+    str
         Remark on the signal's resolution; empty if it is fine.
 
-    Raises:
-        InputError: samples are missing, or the signal is constant, stuck or clipped.
+    Raises
+    ------
+    InputError
+        Samples are missing, or the signal is constant, stuck or clipped.
     """
     there = np.isfinite(signal)
     missing = len(signal) - int(there.sum())
@@ -309,18 +345,26 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
     A wrong sampling rate or unit of speed causes such a multiple. A lightly damped deck that rings
     at its natural frequency at constant speed looks the same; only a fit can distinguish them.
 
-    Args:
-        angle: spindle angle at each sample [rad].
-        whirl: two finite signals as x + i y; a single signal is real.
-        with_balls: whether there are balls; circulating balls cause a whirl slower than the
-            spindle.
-        name: name of the recording.
+    Parameters
+    ----------
+    angle
+        Spindle angle at each sample [rad].
+    whirl
+        Two finite signals as x + i y; a single signal is real.
+    with_balls
+        Whether there are balls; circulating balls cause a whirl slower than the spindle.
+    name
+        Name of the recording.
 
-    Returns:
+    Returns
+    -------
+    Sense
         A note, a doubt or neither, for a whirl that follows the spindle.
 
-    Raises:
-        InputError: the deck whirls against the spindle's rotation.
+    Raises
+    ------
+    InputError
+        The deck whirls against the spindle's rotation.
     """
     centred = whirl - whirl.mean()
     window = np.hanning(len(centred))
@@ -398,8 +442,10 @@ equal samples in a held series. ``_REGULAR``: fraction of equal intervals betwee
 def spikes_in(values: np.ndarray) -> np.ndarray:
     """Return rows of spikes: one or two samples that stand out from all samples near them.
 
-    Args:
-        values: signal, NaN for missing samples.
+    Parameters
+    ----------
+    values
+        Signal, NaN for missing samples.
     """
     rows = np.flatnonzero(np.isfinite(values))
     some = values[rows]
@@ -454,13 +500,19 @@ def check_held(values: np.ndarray, what: str, name: str) -> None:
     A coarse resolution also repeats values. Its changes, however, are of one or two steps and
     irregular in time.
 
-    Args:
-        values: speed or angle of the spindle, in any unit.
-        what: name of the column.
-        name: name of the recording.
+    Parameters
+    ----------
+    values
+        Speed or angle of the spindle, in any unit.
+    what
+        Name of the column.
+    name
+        Name of the recording.
 
-    Raises:
-        InputError: the values are held; the message states the interval and the remedy.
+    Raises
+    ------
+    InputError
+        The values are held; the message states the interval and the remedy.
     """
     repeats = _repeats(values)
     if repeats is None:
@@ -476,13 +528,19 @@ def check_held(values: np.ndarray, what: str, name: str) -> None:
 def check_held_signal(values: np.ndarray, what: str, name: str) -> None:
     """Refuse a signal that is sampled more slowly than the rows, and held between its samples.
 
-    Args:
-        values: signal, NaN for missing samples.
-        what: name of the column.
-        name: name of the recording.
+    Parameters
+    ----------
+    values
+        Signal, NaN for missing samples.
+    what
+        Name of the column.
+    name
+        Name of the recording.
 
-    Raises:
-        InputError: the values are held; the message states the interval and the remedy.
+    Raises
+    ------
+    InputError
+        The values are held; the message states the interval and the remedy.
     """
     repeats = _repeats(values[np.isfinite(values)])
     if repeats is None or repeats.coarse or repeats.usual < 2.0:

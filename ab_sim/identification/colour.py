@@ -26,9 +26,12 @@ PARTS = 4
 def low_pass_alone(sensor: Sampled, step: float) -> Pickup:
     """Return a sensor's low-pass without noise and quantisation, on the deck's axes.
 
-    Args:
-        sensor: parameters of the sensor.
-        step: integration step [s].
+    Parameters
+    ----------
+    sensor
+        Parameters of the sensor.
+    step
+        Integration step [s].
     """
     digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
     settings = {**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step}
@@ -64,9 +67,12 @@ def whitening_of(measured: Measured) -> np.ndarray | None:
 def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
     """Return filtered signals; the first samples are NaN until the filter is filled.
 
-    Args:
-        taps: taps from ``whitening_of``; None returns the signals unchanged.
-        signals: signals, shape (..., samples, axes).
+    Parameters
+    ----------
+    taps
+        Taps from ``whitening_of``; None returns the signals unchanged.
+    signals
+        Signals, shape (..., samples, axes).
     """
     if taps is None:
         return signals

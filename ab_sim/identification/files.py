@@ -67,16 +67,25 @@ def measured_of(
 ) -> Measured:
     """Read a recording from a file, convert it to SI units and check it.
 
-    Args:
-        path: file of a type that ``read_table`` reads.
-        scene: scene of the drive; the mapping may refer to its sensors.
-        mapping: meaning of the columns; None for recordings of ab_sim.
-        signal: signal to be fitted, see ``usual_mapping``.
-        with_balls: whether there were balls; None to use the mapping or the recorded scene.
+    Parameters
+    ----------
+    path
+        File of a type that ``read_table`` reads.
+    scene
+        Scene of the drive; the mapping may refer to its sensors.
+    mapping
+        Meaning of the columns; None for recordings of ab_sim.
+    signal
+        Signal to be fitted, see ``usual_mapping``.
+    with_balls
+        Whether there were balls; None to use the mapping or the recorded scene.
 
-    Raises:
-        InputError: the recording cannot be used; the message states the reason and the remedy.
-        RecordingError: the file cannot be read.
+    Raises
+    ------
+    InputError
+        The recording cannot be used; the message states the reason and the remedy.
+    RecordingError
+        The file cannot be read.
     """
     table = read_table(path, None if signal is None else pair_of(signal)[0])
     if mapping is None:
@@ -110,9 +119,12 @@ def _whirl_of(signals: np.ndarray, axes: Sequence[float]) -> np.ndarray:
 
     Return the first signal if there is only one, or if the axes are nearly parallel.
 
-    Args:
-        signals: finite signals, shape (samples, axes).
-        axes: angles of the signals' axes [rad].
+    Parameters
+    ----------
+    signals
+        Finite signals, shape (samples, axes).
+    axes
+        Angles of the signals' axes [rad].
     """
     if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
         first: np.ndarray = signals[:, 0]
@@ -384,8 +396,10 @@ class _Reader:
 def _check_names(recordings: Sequence[Measured]) -> None:
     """Refuse recordings with equal names.
 
-    Raises:
-        InputError: two recordings have the same name.
+    Raises
+    ------
+    InputError
+        Two recordings have the same name.
     """
     names = [recording.name for recording in recordings]
     for name in names:
@@ -418,13 +432,19 @@ class Files(NamedTuple):
 def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measured]]:
     """Read all recordings; return those for the fit, and those held out.
 
-    Args:
-        files: recordings, their mappings and further settings.
-        scene: scene of the drive.
+    Parameters
+    ----------
+    files
+        Recordings, their mappings and further settings.
+    scene
+        Scene of the drive.
 
-    Raises:
-        InputError: a recording cannot be used; the message states the reason and the remedy.
-        RecordingError: a recording cannot be read.
+    Raises
+    ------
+    InputError
+        A recording cannot be used; the message states the reason and the remedy.
+    RecordingError
+        A recording cannot be read.
     """
     for what in files.free:
         if what not in NUISANCES:
@@ -482,8 +502,10 @@ def _mappings(files: Files, paths: Sequence[Path]) -> list[ColumnMapping | None]
 def trial_masses_of(texts: Sequence[str]) -> dict[str, float]:
     """Parse ``NAME=MASS`` into masses [kg] by the recording's name without ending.
 
-    Raises:
-        InputError: the text has another form.
+    Raises
+    ------
+    InputError
+        The text has another form.
     """
     masses = {}
     for text in texts:

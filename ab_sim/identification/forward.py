@@ -51,12 +51,17 @@ class RecordedDrive:
     The stepper is chosen for the first scene and kept, because a change would make the objective of
     a fit discontinuous. Runs for which it is unstable diverge and count as failed.
 
-    Args:
-        scene: scene whose parameters vary, with balls.
-        measured: the recording.
+    Parameters
+    ----------
+    scene
+        Scene whose parameters vary, with balls.
+    measured
+        The recording.
 
-    Raises:
-        SceneError: the scene cannot be run under these conditions; the message states why.
+    Raises
+    ------
+    SceneError
+        The scene cannot be run under these conditions; the message states why.
     """
 
     def __init__(self, scene: Scene, measured: Measured) -> None:
@@ -80,8 +85,10 @@ class RecordedDrive:
     def scene_with(self, values: Values) -> Scene:
         """Return the scene of a run with other values, and with the recorded trial mass and balls.
 
-        Raises:
-            SceneError: the values are not allowed.
+        Raises
+        ------
+        SceneError
+            The values are not allowed.
         """
         changed = changed_scene(self.scene, values, "fit") if values else self.scene
         scene = changed if self.measured.with_balls else without_balls(changed)
@@ -98,13 +105,20 @@ class RecordedDrive:
     ) -> SimulatedSignals | None:
         """Return the signals and their derivatives by differences; None if a run fails.
 
-        Args:
-            values: values of the scene.
-            keys: keys for derivatives.
-            moves: step of the finite difference for each key [SI].
-            delay: delay of the signals [s].
-            slope: whether the derivative with respect to time is needed.
-            central: whether differences are central rather than one-sided.
+        Parameters
+        ----------
+        values
+            Values of the scene.
+        keys
+            Keys for derivatives.
+        moves
+            Step of the finite difference for each key [SI].
+        delay
+            Delay of the signals [s].
+        slope
+            Whether the derivative with respect to time is needed.
+        central
+            Whether differences are central rather than one-sided.
         """
         # The runs of all differences go side by side in the lanes of the same machine code.
         every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)

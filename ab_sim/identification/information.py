@@ -23,10 +23,14 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
     J. Demmel, L. Grigori, M. Hoemmen and J. Langou, Communication-optimal parallel and sequential
     QR and LU factorizations, SIAM J. Sci. Comput. 34 (2012).
 
-    Args:
-        matrix: matrix, shape (rows, columns).
+    Parameters
+    ----------
+    matrix
+        Matrix, shape (rows, columns).
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         R, shape (columns, columns), or (rows, columns) if there are fewer rows.
     """
     rest = matrix if matrix.shape[1] else matrix[:0]
@@ -51,11 +55,16 @@ def beyond(fixed: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     It is the triangular factor of ``wanted`` after projection onto the orthogonal complement of
     ``fixed``.
 
-    Args:
-        fixed: other columns, shape (rows, fixed columns).
-        wanted: columns of interest, shape (rows, wanted columns).
+    Parameters
+    ----------
+    fixed
+        Other columns, shape (rows, fixed columns).
+    wanted
+        Columns of interest, shape (rows, wanted columns).
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Triangular factor, shape (wanted columns, wanted columns) or with fewer rows.
     """
     scale = np.linalg.norm(fixed, axis=0)
@@ -68,9 +77,12 @@ def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:
 
     Along unidentifiable directions it is limited by rounding.
 
-    Args:
-        derivatives: Jacobian J of residuals in units of noise, shape (residuals, parameters).
-        most: standard deviation in units of the scales above which a direction is left out.
+    Parameters
+    ----------
+    derivatives
+        Jacobian J of residuals in units of noise, shape (residuals, parameters).
+    most
+        Standard deviation in units of the scales above which a direction is left out.
     """
     size, singular, rows = _decomposed(derivatives)
     half = (rows / np.maximum(singular, ROUNDING * singular[:1])[:, None]).T / size[:, None]
@@ -82,8 +94,10 @@ def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:
 def deviations_of(derivatives: np.ndarray) -> np.ndarray:
     """Return standard deviations of the parameters in their scales; infinite if unidentifiable.
 
-    Args:
-        derivatives: see ``covariance_of``.
+    Parameters
+    ----------
+    derivatives
+        See ``covariance_of``.
     """
     deviations = np.full(derivatives.shape[1], np.inf)
     used = np.linalg.norm(derivatives, axis=0) > 0.0

@@ -104,14 +104,22 @@ def intervals_of(
 ) -> Intervals:
     """Compute intervals around a fit.
 
-    Args:
-        problem: problem whose noise was set from the residuals.
-        values: best values of all parameters [SI].
-        free: indices of the fitted parameters, without undetermined ones.
-        tell: progress callback.
-        profiles: whether to compute profiles of skewed parameters and of those at a bound.
+    Parameters
+    ----------
+    problem
+        Problem whose noise was set from the residuals.
+    values
+        Best values of all parameters [SI].
+    free
+        Indices of the fitted parameters, without undetermined ones.
+    tell
+        Progress callback.
+    profiles
+        Whether to compute profiles of skewed parameters and of those at a bound.
 
-    Returns:
+    Returns
+    -------
+    Intervals
         Estimates of all parameters, and the covariance of the free ones. Fixed parameters have an
         open interval.
     """

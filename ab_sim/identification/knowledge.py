@@ -78,10 +78,14 @@ def knowledge_of(
 
     Parameters are fixed until no unidentifiable direction is left.
 
-    Args:
-        problem: problem with the recordings and their noise.
-        values: values of all parameters [SI].
-        known_parameters: indices of parameters to be left out.
+    Parameters
+    ----------
+    problem
+        Problem with the recordings and their noise.
+    values
+        Values of all parameters [SI].
+    known_parameters
+        Indices of parameters to be left out.
     """
     shared = shared_numbers(problem)
     wanted = [j for j in shared if j not in known_parameters]
@@ -118,10 +122,14 @@ def knowledge_before(problem: Problem, seed: int, tell: Progress = lambda *_: No
 
     The start angles are not yet known. A direction counts only if it is open for all drawn ones.
 
-    Args:
-        problem: problem with the recordings and their noise.
-        seed: seed of the start angles.
-        tell: called with the current task, the number of finished tasks and the total.
+    Parameters
+    ----------
+    problem
+        Problem with the recordings and their noise.
+    seed
+        Seed of the start angles.
+    tell
+        Called with the current task, the number of finished tasks and the total.
     """
     numbers, results = np.random.default_rng([seed, 0]), []
     for look in range(_LOOKS):

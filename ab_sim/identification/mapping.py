@@ -122,9 +122,10 @@ class ColumnMapping(Section):
 def read_mapping_file(path: Path) -> ColumnMapping:
     """Read a mapping from a file.
 
-    Raises:
-        InputError: the file cannot be read or is no mapping; the message names the key and the
-            allowed values.
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no mapping; the message names the key and the allowed values.
     """
     try:
         raw = read_yaml_file(path)
@@ -138,12 +139,17 @@ def read_mapping_file(path: Path) -> ColumnMapping:
 def mapping_of(raw: Any, place: str) -> ColumnMapping:
     """Check plain values, as read from YAML, and return them as a mapping.
 
-    Args:
-        raw: plain values.
-        place: origin of the values, for messages.
+    Parameters
+    ----------
+    raw
+        Plain values.
+    place
+        Origin of the values, for messages.
 
-    Raises:
-        InputError: see ``read_mapping_file``.
+    Raises
+    ------
+    InputError
+        See ``read_mapping_file``.
     """
     if not isinstance(raw, dict):
         raise InputError(f"{place}: must be a mapping with time, speed or angle, and signals")
@@ -183,14 +189,21 @@ def _spelled(unit: str, si: str) -> str:
 def sensitivity_factor(sensitivity: str, unit: str | None, si: str, name: str) -> float:
     """Return the factor from a sensor's output to SI.
 
-    Args:
-        sensitivity: output per measured quantity, such as ``100 mV/g_0``.
-        unit: unit of the output; None for that of the sensitivity.
-        si: SI unit of the measured quantity.
-        name: key of the mapping, for messages.
+    Parameters
+    ----------
+    sensitivity
+        Output per measured quantity, such as ``100 mV/g_0``.
+    unit
+        Unit of the output; None for that of the sensitivity.
+    si
+        SI unit of the measured quantity.
+    name
+        Key of the mapping, for messages.
 
-    Raises:
-        InputError: the text has another form, or does not fit the units.
+    Raises
+    ------
+    InputError
+        The text has another form, or does not fit the units.
     """
     output, slash, measured = sensitivity.rpartition("/")
     number, _, output_unit = output.strip().partition(" ")
@@ -208,13 +221,19 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, name: str) -
 def factor_of(unit: str | None, si: str, place: str) -> float:
     """Return the factor from a unit to SI.
 
-    Args:
-        unit: unit of the numbers; None if they are in SI.
-        si: SI unit of the quantity.
-        place: recording and key of the mapping, for messages.
+    Parameters
+    ----------
+    unit
+        Unit of the numbers; None if they are in SI.
+    si
+        SI unit of the quantity.
+    place
+        Recording and key of the mapping, for messages.
 
-    Raises:
-        InputError: the unit does not fit the quantity.
+    Raises
+    ------
+    InputError
+        The unit does not fit the quantity.
     """
     if unit is None or unit == si:
         return 1.0
@@ -227,13 +246,19 @@ def factor_of(unit: str | None, si: str, place: str) -> float:
 def number_of(value: str | float, si: str, place: str) -> float:
     """Return a number in SI, from a number or a text with a unit.
 
-    Args:
-        value: number in SI, or text with or without a unit.
-        si: SI unit of the quantity.
-        place: recording and key of the mapping, for messages.
+    Parameters
+    ----------
+    value
+        Number in SI, or text with or without a unit.
+    si
+        SI unit of the quantity.
+    place
+        Recording and key of the mapping, for messages.
 
-    Raises:
-        InputError: the text is not a number, or its unit does not fit.
+    Raises
+    ------
+    InputError
+        The text is not a number, or its unit does not fit.
     """
     if isinstance(value, str):
         try:
@@ -254,12 +279,17 @@ def usual_mapping(
 ) -> ColumnMapping | str:
     """Return the mapping of a table with ab_sim's columns, or a text that states why there is none.
 
-    Args:
-        names: names of the columns.
-        sensors: accelerometers with columns in the table.
-        probes: displacement probes with columns in the table.
-        wanted: ``DISPLACEMENT``, ``ACCELERATION``, or a sensor's name; None selects the first
-            sensor, else the first probe, else the displacement.
+    Parameters
+    ----------
+    names
+        Names of the columns.
+    sensors
+        Accelerometers with columns in the table.
+    probes
+        Displacement probes with columns in the table.
+    wanted
+        ``DISPLACEMENT``, ``ACCELERATION``, or a sensor's name; None selects the first sensor, else
+        the first probe, else the displacement.
     """
     lacking = [name for name in ("time", "speed") if name not in names]
     if lacking:

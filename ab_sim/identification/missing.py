@@ -72,12 +72,18 @@ def tried_effects(
 ) -> tuple[TriedEffect, ...]:
     """Try the missing effects and return them, the best explanation first.
 
-    Args:
-        problem: problem with its noise.
-        values: fitted values of its parameters [SI].
-        free: indices of the fitted parameters.
-        white: whether the residuals are noise, for each recording.
-        tell: progress callback.
+    Parameters
+    ----------
+    problem
+        Problem with its noise.
+    values
+        Fitted values of its parameters [SI].
+    free
+        Indices of the fitted parameters.
+    white
+        Whether the residuals are noise, for each recording.
+    tell
+        Progress callback.
     """
     balls = any(measured.with_balls for measured in problem.recordings)
     names = [
@@ -140,14 +146,22 @@ def _tried(
 ) -> TriedEffect:  # fmt: skip
     """Fit a problem with additional parameters, and compare it with the fit without them.
 
-    Args:
-        problem: problem without the additional parameters.
-        without: its fit.
-        free: indices of its fitted parameters.
-        whole: problem with the additional parameters.
-        more: names of the additional parameters.
-        name: name of the trial.
-        before: combined z of the residuals of ``without``.
+    Parameters
+    ----------
+    problem
+        Problem without the additional parameters.
+    without
+        Its fit.
+    free
+        Indices of its fitted parameters.
+    whole
+        Problem with the additional parameters.
+    more
+        Names of the additional parameters.
+    name
+        Name of the trial.
+    before
+        Combined z of the residuals of ``without``.
     """
     values_by_name = dict(zip(problem.names, without.values.tolist(), strict=True))
     begin = np.array(
@@ -298,14 +312,22 @@ def tried_scales(
 ) -> tuple[TriedEffect, ...]:
     """Try another time scale for each recording whose residuals are not noise.
 
-    Args:
-        problem: problem with all recordings.
-        values: fitted values of its parameters [SI].
-        white: whether the residuals are noise, for each recording.
-        held: indices of the parameters that stay at their start.
-        search: settings of the fits.
+    Parameters
+    ----------
+    problem
+        Problem with all recordings.
+    values
+        Fitted values of its parameters [SI].
+    white
+        Whether the residuals are noise, for each recording.
+    held
+        Indices of the parameters that stay at their start.
+    search
+        Settings of the fits.
 
-    Returns:
+    Returns
+    -------
+    tuple[TriedEffect, ...]
         The trials, the best first.
     """
     before, cost = total_z(whiteness_over(problem, values)), problem.cost(values)

@@ -80,13 +80,19 @@ def fitted_parameters(
 ) -> list[FitParameter]:
     """Return the parameters of a scene's keys.
 
-    Args:
-        scene: scene with the start values.
-        keys: dotted keys; a key with a number per ball ends in the ball's index: ``balls.mass.0``.
-        bounds: bounds of some keys [SI].
+    Parameters
+    ----------
+    scene
+        Scene with the start values.
+    keys
+        Dotted keys; a key with a number per ball ends in the ball's index: ``balls.mass.0``.
+    bounds
+        Bounds of some keys [SI].
 
-    Raises:
-        InputError: a key cannot be fitted; the message states the reason and the remedy.
+    Raises
+    ------
+    InputError
+        A key cannot be fitted; the message states the reason and the remedy.
     """
     if not keys:
         raise InputError("nothing to fit: name keys, e.g. --fit effects.suspension.stiffness")
@@ -194,8 +200,10 @@ def _limits(
 def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Parse texts ``KEY=LOW..HIGH``, with units or in SI, into bounds [SI] by key.
 
-    Raises:
-        InputError: a text has another form, or a key is given twice.
+    Raises
+    ------
+    InputError
+        A text has another form, or a key is given twice.
     """
     bounds: dict[str, tuple[float, float]] = {}
     for text in texts:
@@ -234,10 +242,14 @@ def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
 def recording_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
     """Return the parameters of a single recording: its initial state, and free nuisances.
 
-    Args:
-        scene: scene to be fitted.
-        measured: the recording.
-        number: index of the recording.
+    Parameters
+    ----------
+    scene
+        Scene to be fitted.
+    measured
+        The recording.
+    number
+        Index of the recording.
     """
 
     def parameter(

@@ -31,11 +31,16 @@ They are large, so that a minimiser steps back, but finite, as it needs numbers.
 class Problem:
     """Residuals and their derivatives with respect to parameters, each in units of its scale.
 
-    Args:
-        scene: scene to be fitted.
-        common: parameters that all recordings share.
-        recordings: recordings.
-        noise: standard deviation of the noise in each recording.
+    Parameters
+    ----------
+    scene
+        Scene to be fitted.
+    common
+        Parameters that all recordings share.
+    recordings
+        recordings.
+    noise
+        Standard deviation of the noise in each recording.
     """
 
     def __init__(
@@ -92,9 +97,12 @@ class Problem:
 
         The part has the common parameters and those of the chosen recordings, with new indices.
 
-        Args:
-            recordings: indices of the recordings.
-            until: fraction of each recording to keep; None keeps all.
+        Parameters
+        ----------
+        recordings
+            Indices of the recordings.
+        until
+            Fraction of each recording to keep; None keeps all.
         """
         chosen = [self.recordings[k] for k in recordings]
         if until is not None:
@@ -136,12 +144,18 @@ class Problem:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return residuals, and their derivatives with respect to parameters / their scales.
 
-        Args:
-            values: values of all parameters [SI].
-            free: indices of the parameters for derivatives.
-            central: whether differences are central; one-sided ones need half as many runs.
+        Parameters
+        ----------
+        values
+            Values of all parameters [SI].
+        free
+            Indices of the parameters for derivatives.
+        central
+            Whether differences are central; one-sided ones need half as many runs.
 
-        Returns:
+        Returns
+        -------
+        tuple[np.ndarray, np.ndarray]
             Residuals in units of noise, shape (residuals,), and derivatives, shape (residuals, free
             parameters).
         """
@@ -186,10 +200,14 @@ class Problem:
     ) -> np.ndarray | None:
         """Return the simulated signals with gain and bias, shape (samples, axes); None on failure.
 
-        Args:
-            number: index of the recording.
-            values: values of all parameters [SI].
-            also: further values of the scene, by dotted key.
+        Parameters
+        ----------
+        number
+            Index of the recording.
+        values
+            Values of all parameters [SI].
+        also
+            Further values of the scene, by dotted key.
         """
         signals = self._signals(number, values, (), also=also)
         return None if signals is None else self._with_gain_and_bias(number, signals, values)
@@ -197,9 +215,12 @@ class Problem:
     def scene_values(self, values: np.ndarray, number: int | None = None) -> dict[str, Any]:
         """Return values of the scene by dotted key.
 
-        Args:
-            values: values of all parameters [SI].
-            number: index of the recording; None for the values that all recordings share.
+        Parameters
+        ----------
+        values
+            Values of all parameters [SI].
+        number
+            Index of the recording; None for the values that all recordings share.
         """
         by_key: dict[str, Any] = {}
         if number is not None:

@@ -50,12 +50,18 @@ def proposals_for(
 ) -> tuple[Proposal, ...]:
     """Rank standard recordings by newly determined parameters, then by intervals.
 
-    Args:
-        problem: problem with its noise.
-        values: fitted values of its parameters [SI].
-        free: indices of the fitted parameters; other common parameters were fixed and are unknown.
-        unbounded: names of parameters with unbounded intervals, regardless of the curvature.
-        tell: progress callback.
+    Parameters
+    ----------
+    problem
+        Problem with its noise.
+    values
+        Fitted values of its parameters [SI].
+    free
+        Indices of the fitted parameters; other common parameters were fixed and are unknown.
+    unbounded
+        Names of parameters with unbounded intervals, regardless of the curvature.
+    tell
+        Progress callback.
     """
     shared, count = shared_numbers(problem), len(problem.common)
     present = _information(problem, values)

@@ -75,11 +75,14 @@ class Whiteness(NamedTuple):
 def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -> Whiteness:
     """Test whether residuals, in the order of time, are white.
 
-    Args:
-        residuals: residuals, shape (samples, axes), NaN where nothing was measured.
-        rms_of_signals: root mean square of the measured signals about their mean, in the unit of
-            the residuals.
-        recording: name of the recording.
+    Parameters
+    ----------
+    residuals
+        Residuals, shape (samples, axes), NaN where nothing was measured.
+    rms_of_signals
+        Root mean square of the measured signals about their mean, in the unit of the residuals.
+    recording
+        Name of the recording.
     """
     q, degrees, distances = 0.0, 0, []
     columns = [column[np.isfinite(column)] for column in residuals.T]
@@ -103,9 +106,12 @@ def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -
 def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...]:
     """Test the residuals of all recordings of a problem.
 
-    Args:
-        problem: fitted problem.
-        values: values of its parameters [SI].
+    Parameters
+    ----------
+    problem
+        Fitted problem.
+    values
+        Values of its parameters [SI].
     """
     results = []
     for k, measured in enumerate(problem.recordings):
@@ -125,9 +131,12 @@ def turning_z(residuals: np.ndarray, measured: Measured) -> float:
     falls with the number of samples. The sum of squared means is thus chi-squared distributed. The
     fit removes part of it, so that the test is conservative.
 
-    Args:
-        residuals: residuals, shape (samples, axes), NaN where nothing was measured.
-        measured: recording with axes and spindle angle.
+    Parameters
+    ----------
+    residuals
+        Residuals, shape (samples, axes), NaN where nothing was measured.
+    measured
+        Recording with axes and spindle angle.
     """
     there = np.isfinite(residuals).all(axis=1)
     across = (residuals @ np.exp(1j * np.array(measured.axes)))[there]
@@ -151,9 +160,12 @@ def turning_z(residuals: np.ndarray, measured: Measured) -> float:
 def _signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Describe each axis with drifting residuals in a sentence.
 
-    Args:
-        residuals: residuals, shape (samples, axes), NaN where nothing was measured.
-        time: times of the samples [s].
+    Parameters
+    ----------
+    residuals
+        Residuals, shape (samples, axes), NaN where nothing was measured.
+    time
+        Times of the samples [s].
     """
     signs = []
     for axis, column in enumerate(residuals.T):
@@ -181,9 +193,12 @@ def noises_of(recordings: Sequence[Measured]) -> list[float]:
 def _ljung_box(centred: np.ndarray, lags: int) -> float:
     """Return Ljung and Box's Q of a series: n (n + 2) times the sum of r_k^2 / (n - k).
 
-    Args:
-        centred: series with mean 0, shape (n,).
-        lags: largest lag k of the autocorrelation r_k.
+    Parameters
+    ----------
+    centred
+        Series with mean 0, shape (n,).
+    lags
+        Largest lag k of the autocorrelation r_k.
     """
     count, square = len(centred), float(centred @ centred)
     if square == 0.0:
@@ -218,8 +233,10 @@ def _noise_of(signals: np.ndarray) -> float:
 
     The drive hardly vibrates at these frequencies. Return the r.m.s. over the axes.
 
-    Args:
-        signals: signals, shape (samples, axes), NaN for missing samples.
+    Parameters
+    ----------
+    signals
+        Signals, shape (samples, axes), NaN for missing samples.
     """
     levels = []
     for column in signals.T:

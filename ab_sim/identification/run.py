@@ -72,19 +72,30 @@ def run_identification(
 ) -> Identification:
     """Fit a scene to recordings, and assess the fit.
 
-    Args:
-        scene: scene with the start values.
-        recordings: recordings with or without balls.
-        settings: settings of the identification.
-        held_out: recordings for validation only.
-        tell: called with the current task, the number of finished tasks and the total. If it raises
-            ``Interrupted``, the best fit so far is returned, marked as such.
-        workers: number of processes for long searches.
+    Parameters
+    ----------
+    scene
+        Scene with the start values.
+    recordings
+        Recordings with or without balls.
+    settings
+        Settings of the identification.
+    held_out
+        Recordings for validation only.
+    tell
+        Called with the current task, the number of finished tasks and the total. If it raises
+        ``Interrupted``, the best fit so far is returned, marked as such.
+    workers
+        Number of processes for long searches.
 
-    Raises:
-        InputError: the identification is impossible; the message states the reason and the remedy.
-        SceneError: the scene cannot be run under the recorded conditions.
-        WorkerLost: a worker process was terminated.
+    Raises
+    ------
+    InputError
+        The identification is impossible; the message states the reason and the remedy.
+    SceneError
+        The scene cannot be run under the recorded conditions.
+    WorkerLost
+        A worker process was terminated.
     """
     scene, _ = resolve_accuracy(scene)
     if not recordings:
@@ -257,8 +268,10 @@ class _Work:
 def _check_doubts(problem: Problem, values: np.ndarray) -> None:
     """Refuse a doubtful recording if the fit does not explain it either.
 
-    Raises:
-        InputError: the residuals are large; the message is that of the recording's check.
+    Raises
+    ------
+    InputError
+        The residuals are large; the message is that of the recording's check.
     """
     for k, measured in enumerate(problem.recordings):
         if measured.doubt:
@@ -297,7 +310,9 @@ def _validated(
     Of these, only the recordings' own parameters are fitted: once with the common parameters of the
     original scene, and once with the fitted ones in ``values``.
 
-    Returns:
+    Returns
+    -------
+    tuple[HeldOut, list[RecordingFit]]
         Quality of the prediction, and the recordings that could be simulated with fitted values.
     """
     count = len(problem.common)

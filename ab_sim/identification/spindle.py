@@ -39,14 +39,21 @@ def angle_from_pulses(
 
     A smoothing spline is fitted to the pulses; its tolerance is the scatter of their times.
 
-    Args:
-        time: times of the samples [s].
-        reading: finite reading of the keyphasor's sensor, in any unit.
-        per_turn: pulses per turn.
-        name: name of the recording.
+    Parameters
+    ----------
+    time
+        Times of the samples [s].
+    reading
+        Finite reading of the keyphasor's sensor, in any unit.
+    per_turn
+        Pulses per turn.
+    name
+        Name of the recording.
 
-    Raises:
-        InputError: there are too few pulses, or one is missing or counted twice.
+    Raises
+    ------
+    InputError
+        There are too few pulses, or one is missing or counted twice.
     """
     pulses = _pulse_times(time, reading)
     if len(pulses) < _FEWEST_PULSES:
@@ -113,14 +120,21 @@ def schedule_from(
 ) -> SpeedSchedule:
     """Return the profile that a recorded spindle has followed.
 
-    Args:
-        time: times of the samples [s], rising from 0.
-        speed: spindle speed [rad/s], or None if only the angle was recorded.
-        angle: unwrapped spindle angle [rad], or None if only the speed was recorded.
-        name: name of the recording, for messages.
+    Parameters
+    ----------
+    time
+        Times of the samples [s], rising from 0.
+    speed
+        Spindle speed [rad/s], or None if only the angle was recorded.
+    angle
+        Unwrapped spindle angle [rad], or None if only the speed was recorded.
+    name
+        Name of the recording, for messages.
 
-    Raises:
-        InputError: there is neither speed nor angle.
+    Raises
+    ------
+    InputError
+        There is neither speed nor angle.
     """
     # Differences of an angle mix adjacent pieces, so the knots have to be refined.
     mixed = speed is None

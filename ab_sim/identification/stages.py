@@ -83,13 +83,20 @@ def minimise(
 ) -> Fitted:
     """Minimise the sum of squares over some parameters, within their bounds.
 
-    Args:
-        problem: problem with the residuals.
-        values: start values [SI].
-        free: indices of the free parameters.
-        steps: largest number of iterations.
-        last: whether to use a robust loss and central differences.
-        seen: called with each point; an exception in it ends the minimisation.
+    Parameters
+    ----------
+    problem
+        Problem with the residuals.
+    values
+        Start values [SI].
+    free
+        Indices of the free parameters.
+    steps
+        Largest number of iterations.
+    last
+        Whether to use a robust loss and central differences.
+    seen
+        Called with each point; an exception in it ends the minimisation.
     """
     free = list(free)
     if not free:
@@ -126,11 +133,16 @@ def minimise(
 class _Points:
     """Residuals and derivatives for a minimiser; the last two points are cached.
 
-    Args:
-        problem: problem with the residuals.
-        whole: function from the scaled free parameters to the values of all parameters.
-        free, central: see ``Problem.both``.
-        seen: called with each point.
+    Parameters
+    ----------
+    problem
+        Problem with the residuals.
+    whole
+        Function from the scaled free parameters to the values of all parameters.
+    free, central
+        See ``Problem.both``.
+    seen
+        Called with each point.
     """
 
     def __init__(
@@ -201,10 +213,14 @@ class SearchSettings(NamedTuple):
 class StagedFit:
     """Staged search and fit.
 
-    Args:
-        problem: problem with all recordings.
-        held: indices of the parameters that stay at their start.
-        search: settings of the search.
+    Parameters
+    ----------
+    problem
+        Problem with all recordings.
+    held
+        Indices of the parameters that stay at their start.
+    search
+        Settings of the search.
     """
 
     def __init__(self, problem: Problem, held: Sequence[int], search: SearchSettings) -> None:
@@ -291,9 +307,12 @@ class StagedFit:
     def _with_balls(self, number: int, settled: set[int]) -> None:
         """Search a recording's start angles and the parameters that are not yet settled.
 
-        Args:
-            number: index of the recording.
-            settled: indices of the parameters that stay fixed.
+        Parameters
+        ----------
+        number
+            Index of the recording.
+        settled
+            Indices of the parameters that stay fixed.
         """
         whole = self.problem
         alone = whole.part([number])

@@ -56,12 +56,17 @@ class Table:
     def column(self, name: str, place: str) -> np.ndarray:
         """Return the numbers of a column.
 
-        Args:
-            name: name of the column.
-            place: origin of the request, for messages.
+        Parameters
+        ----------
+        name
+            Name of the column.
+        place
+            Origin of the request, for messages.
 
-        Raises:
-            InputError: there is no such column, or it does not contain numbers.
+        Raises
+        ------
+        InputError
+            There is no such column, or it does not contain numbers.
         """
         if name not in self.columns:
             near = nearest(name, self.columns)
@@ -80,12 +85,17 @@ class Table:
     def unit_of(self, name: str, written: str | None) -> str | None:
         """Return the unit of the numbers that ``column`` returns.
 
-        Args:
-            name: name of the column.
-            written: unit that a mapping gives; None: that of the file.
+        Parameters
+        ----------
+        name
+            Name of the column.
+        written
+            Unit that a mapping gives; None: that of the file.
 
-        Raises:
-            InputError: the mapping gives another unit than the column has.
+        Raises
+        ------
+        InputError
+            The mapping gives another unit than the column has.
         """
         values = self.columns.get(name)
         if values is None or values.dtype.kind not in "mM":
@@ -101,13 +111,19 @@ class Table:
 def read_table(path: Path, rows_of: str | None = None) -> Table:
     """Read a file as a table.
 
-    Args:
-        path: an .rrd, .parquet or .csv file, or the folder of a ROS bag.
-        rows_of: see ``import_bag``.
+    Parameters
+    ----------
+    path
+        An .rrd, .parquet or .csv file, or the folder of a ROS bag.
+    rows_of
+        See ``import_bag``.
 
-    Raises:
-        InputError: the file has another type, or contains no table.
-        RecordingError: the file cannot be read.
+    Raises
+    ------
+    InputError
+        The file has another type, or contains no table.
+    RecordingError
+        The file cannot be read.
     """
     ending = path.suffix.lower()
     if path.is_dir() or ending == ".mcap":
@@ -165,8 +181,10 @@ def _check_rows(path: Path, rows: int) -> None:
 def _of_parquet(path: Path) -> pa.Table:
     """Read a Parquet file after checking its stated size; a small file can state any size.
 
-    Raises:
-        InputError: it has too many rows or columns.
+    Raises
+    ------
+    InputError
+        It has too many rows or columns.
     """
     with pa.parquet.ParquetFile(path) as file:
         _check_rows(path, file.metadata.num_rows)

@@ -60,10 +60,14 @@ def misfits_of(
 ) -> tuple[Misfit, ...]:
     """Return the deviations of fitted runs from the recordings.
 
-    Args:
-        problem: fitted problem.
-        values: values of its parameters [SI].
-        whiteness: whiteness of each recording's residuals.
+    Parameters
+    ----------
+    problem
+        Fitted problem.
+    values
+        Values of its parameters [SI].
+    whiteness
+        Whiteness of each recording's residuals.
     """
     noises = noises_of(problem.recordings)
     misfits = []
@@ -100,11 +104,16 @@ def verdict_of(
 ) -> tuple[str, list[str]]:
     """Return the verdict of a fit that was not interrupted, and its reasons as sentences.
 
-    Args:
-        result: identification without a verdict.
-        misfits: deviation of each recording.
-        changes: changes during recordings.
-        fit: keys that were fitted.
+    Parameters
+    ----------
+    result
+        Identification without a verdict.
+    misfits
+        Deviation of each recording.
+    changes
+        Changes during recordings.
+    fit
+        Keys that were fitted.
     """
     reasons: list[str] = []
     verdict, held_out = FITS, result.held_out

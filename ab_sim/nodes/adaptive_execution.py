@@ -62,9 +62,11 @@ class PairedSamples:
     Samples that are not finite are ignored. If time decreases, the drive was reset, and waiting
     readings are dropped.
 
-    Args:
-        forward: function that is called with time [s], angle [rad], speed [rad/s], and the two
-            values of the reading.
+    Parameters
+    ----------
+    forward
+        Function that is called with time [s], angle [rad], speed [rad/s], and the two values of the
+        reading.
     """
 
     def __init__(self, forward: Callable[[float, float, float, float, float], None]) -> None:
@@ -150,9 +152,12 @@ SPINDLE_SILENT = f"{topics.JOINT_STATES.name} is silent, the vibration sensor is
 class AdaptiveExecution:
     """Adaptive start-up in progress; its public methods are those of ``ProfileExecution``.
 
-    Args:
-        settings: settings of the start-up's controller.
-        first: initial speed of the spindle [rad/s].
+    Parameters
+    ----------
+    settings
+        Settings of the start-up's controller.
+    first
+        Initial speed of the spindle [rad/s].
     """
 
     def __init__(self, settings: StartUpSettings, first: float) -> None:

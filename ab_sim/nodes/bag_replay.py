@@ -40,15 +40,21 @@ class BagReplay(BaseNode):
     rate. A late message is published immediately, so that none is missing. The drive description is
     published first, after the discovery of subscribers.
 
-    Args:
-        bag: open bag.
-        namespace: namespace of the drive to replay, with the topics outside of namespaces; None:
-            all topics.
-        rate: playback speed factor.
-        paused: whether to wait until ``~/pause`` is called with false.
+    Parameters
+    ----------
+    bag
+        Open bag.
+    namespace
+        Namespace of the drive to replay, with the topics outside of namespaces; None: all topics.
+    rate
+        Playback speed factor.
+    paused
+        Whether to wait until ``~/pause`` is called with false.
 
-    Raises:
-        InputError: a type of the bag is not installed, or the bag lacks the namespace.
+    Raises
+    ------
+    InputError
+        A type of the bag is not installed, or the bag lacks the namespace.
     """
 
     def __init__(self, bag: Bag, namespace: str | None, rate: float, paused: bool) -> None:
@@ -79,14 +85,21 @@ class BagReplay(BaseNode):
     def run(self, stopping: threading.Event, progress: CountProgress) -> int:
         """Publish all messages, wait until they have arrived, and return their number.
 
-        Args:
-            stopping: set when the process is to exit.
-            progress: progress callback.
+        Parameters
+        ----------
+        stopping
+            Set when the process is to exit.
+        progress
+            Progress callback.
 
-        Raises:
-            Interrupted: a stop was requested.
-            InputError: a simulator publishes the same clock.
-            RecordingError: the bag is damaged.
+        Raises
+        ------
+        Interrupted
+            A stop was requested.
+        InputError
+            A simulator publishes the same clock.
+        RecordingError
+            The bag is damaged.
         """
         stopping.wait(_DISCOVERY)
         self._refuse_other_publishers()
@@ -158,12 +171,18 @@ def replay(
 ) -> None:
     """Replay a bag, close the progress bar, and exit the process.
 
-    Args:
-        path: folder or file of the bag.
-        namespace: see `BagReplay`.
-        rate: playback speed factor.
-        paused: see `BagReplay`.
-        bar: returns the context manager of a progress bar.
+    Parameters
+    ----------
+    path
+        Folder or file of the bag.
+    namespace
+        See `BagReplay`.
+    rate
+        Playback speed factor.
+    paused
+        See `BagReplay`.
+    bar
+        Returns the context manager of a progress bar.
     """
     with Bag(path) as bag:
         run_node(

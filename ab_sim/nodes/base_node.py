@@ -60,10 +60,13 @@ class BaseNode(Node):
     def offer(self, service: str, work: Callable[[], Answer]) -> Service[Any, Any]:
         """Advertise a Trigger service.
 
-        Args:
-            service: name of the service.
-            work: function that does the work, and returns success and message. If it raises an
-                AbSimError, the service refuses with its message.
+        Parameters
+        ----------
+        service
+            Name of the service.
+        work
+            Function that does the work, and returns success and message. If it raises an
+            AbSimError, the service refuses with its message.
         """
         return serve_trigger(self, service, _answered(work))
 
@@ -114,9 +117,12 @@ class ManagedNode(BaseNode, LifecycleNode):
 
     An AbSimError refuses the transition and is logged; any other exception ends the node.
 
-    Args:
-        name: name of the node.
-        urgent: names of further services that the main loop serves, and not the executor.
+    Parameters
+    ----------
+    name
+        Name of the node.
+    urgent
+        Names of further services that the main loop serves, and not the executor.
     """
 
     def __init__(self, name: str, *urgent: str) -> None:
@@ -182,8 +188,10 @@ class ManagedNode(BaseNode, LifecycleNode):
     def start_up(self) -> None:
         """Configure and activate without a request.
 
-        Raises:
-            AbSimError: a transition failed; ``Interrupted``: the node is to exit.
+        Raises
+        ------
+        AbSimError
+            A transition failed; ``Interrupted``: the node is to exit.
         """
         for transition in (self.trigger_configure, self.trigger_activate):
             if transition() is not TransitionCallbackReturn.SUCCESS:
@@ -192,8 +200,10 @@ class ManagedNode(BaseNode, LifecycleNode):
     def answer(self) -> None:
         """Serve the services of the main loop, transitions included.
 
-        Raises:
-            Exception: a transition raised an error that is not an AbSimError.
+        Raises
+        ------
+        Exception
+            A transition raised an error that is not an AbSimError.
         """
         for service in self.by_loop:
             answer_waiting(service)
@@ -207,14 +217,20 @@ class ManagedNode(BaseNode, LifecycleNode):
     def run_in_thread(self, work: Callable[[Say], Result], doing: str) -> Result:
         """Run long work in a separate thread, and serve requests until it is done.
 
-        Args:
-            work: function that does the work. Its argument is a function that queues a text for the
-                log; the main loop logs it, because ROS may be shut down before ``work`` returns.
-            doing: name of the work, for the log.
+        Parameters
+        ----------
+        work
+            Function that does the work. Its argument is a function that queues a text for the log;
+            the main loop logs it, because ROS may be shut down before ``work`` returns.
+        doing
+            Name of the work, for the log.
 
-        Raises:
-            Interrupted: the node is to exit; ``work`` is abandoned.
-            Exception: any exception of ``work``.
+        Raises
+        ------
+        Interrupted
+            The node is to exit; ``work`` is abandoned.
+        Exception
+            Any exception of ``work``.
         """
         messages: SimpleQueue[str] = SimpleQueue()
         future = _in_a_thread(lambda: work(messages.put))
@@ -235,9 +251,12 @@ class ManagedNode(BaseNode, LifecycleNode):
 
         A callback that does not return would keep the node from exiting and from leaving the graph.
 
-        Raises:
-            Interrupted: the node is to exit; ``work`` is abandoned.
-            Exception: any exception of ``work``.
+        Raises
+        ------
+        Interrupted
+            The node is to exit; ``work`` is abandoned.
+        Exception
+            Any exception of ``work``.
         """
         future = _in_a_thread(work)
         while not wait([future], timeout=GLANCE).done:
@@ -294,12 +313,18 @@ class GoalServer(_AnyActionServer):
     rclpy executes a goal by a coroutine that polls, with which its ``EventsExecutor`` uses a whole
     core. Here, no code of rclpy runs while a goal is executing, and ``end`` sets its result.
 
-    Args:
-        node: node that offers the action.
-        kind: type of the action.
-        name: name of the action.
-        accepted: function that is called with each goal, and calls ``goal.execute()``.
-        cancel: function that is called with a goal that its client wants to cancel.
+    Parameters
+    ----------
+    node
+        Node that offers the action.
+    kind
+        Type of the action.
+    name
+        Name of the action.
+    accepted
+        Function that is called with each goal, and calls ``goal.execute()``.
+    cancel
+        Function that is called with a goal that its client wants to cancel.
     """
 
     def __init__(
@@ -332,10 +357,14 @@ class GoalServer(_AnyActionServer):
     def end(self, goal: Goal, well: bool, result: Any) -> None:
         """End a goal with a result message: canceled if requested, else succeeded or aborted.
 
-        Args:
-            goal: executing goal.
-            well: whether the goal has succeeded.
-            result: result message.
+        Parameters
+        ----------
+        goal
+            Executing goal.
+        well
+            Whether the goal has succeeded.
+        result
+            Result message.
         """
 
         def executed(goal: Goal) -> Any:
@@ -353,9 +382,12 @@ class GoalServer(_AnyActionServer):
 class DiagnosticsPublisher:
     """Publishes a node's diagnostics, and logs each change of their level.
 
-    Args:
-        node: publishing node.
-        task: task of the node, which is part of the entry's name.
+    Parameters
+    ----------
+    node
+        Publishing node.
+    task
+        Task of the node, which is part of the entry's name.
     """
 
     def __init__(self, node: BaseNode, task: Task) -> None:
@@ -375,14 +407,22 @@ class DiagnosticsPublisher:
     ) -> bool:
         """Publish the present state and the node's parameters.
 
-        Args:
-            level: level of the state.
-            text: description of the state.
-            values: values by name, with units in the names.
-            time_ns: simulated time [ns].
-            logged: whether the text has already been logged.
+        Parameters
+        ----------
+        level
+            Level of the state.
+        text
+            Description of the state.
+        values
+            Values by name, with units in the names.
+        time_ns
+            Simulated time [ns].
+        logged
+            Whether the text has already been logged.
 
-        Returns:
+        Returns
+        -------
+        bool
             True if the text has been logged, now or before.
         """
         name = self._node.get_fully_qualified_name()

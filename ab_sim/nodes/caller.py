@@ -43,8 +43,10 @@ PARAMETERS = {
 class Caller:
     """Service client with its own node; a context manager in which Ctrl-C raises Interrupted.
 
-    Args:
-        timeout: longest time to wait for the discovery of a node [s].
+    Parameters
+    ----------
+    timeout
+        Longest time to wait for the discovery of a node [s].
     """
 
     def __init__(self, timeout: float) -> None:
@@ -77,15 +79,21 @@ class Caller:
     ) -> None:
         """Wait until a node offers services, and discovery is mutual.
 
-        Args:
-            node: full name of the node.
-            services: types of the services to call, by name.
-            urgent: whether to omit mutual discovery. Requests must then be repeated, and all nodes
-                that offer the service are called.
+        Parameters
+        ----------
+        node
+            Full name of the node.
+        services
+            Types of the services to call, by name.
+        urgent
+            Whether to omit mutual discovery. Requests must then be repeated, and all nodes that
+            offer the service are called.
 
-        Raises:
-            InputError: no node offers a service in time, or several do; the message lists the
-                available nodes and services.
+        Raises
+        ------
+        InputError
+            No node offers a service in time, or several do; the message lists the available nodes
+            and services.
         """
         for name, kind in services.items():
             self._clients[name] = self._node.create_client(kind, f"{node}/{name}")
@@ -105,14 +113,21 @@ class Caller:
     def call(self, service: str, request: Any, timeout: float = _ANSWER, again: float = 0.0) -> Any:
         """Call a service, after ``wait_for_services``, and return its answer.
 
-        Args:
-            service: name of the service.
-            request: request message.
-            timeout: longest time to wait for the answer [s].
-            again: time after which the request is repeated [s]; 0: never.
+        Parameters
+        ----------
+        service
+            Name of the service.
+        request
+            Request message.
+        timeout
+            Longest time to wait for the answer [s].
+        again
+            Time after which the request is repeated [s]; 0: never.
 
-        Raises:
-            AbSimError: there was no answer within ``timeout``.
+        Raises
+        ------
+        AbSimError
+            There was no answer within ``timeout``.
         """
         client, end = self._clients[service], time.monotonic() + timeout
         while True:
@@ -129,8 +144,10 @@ class Caller:
     def parameters(self, names: Sequence[str] = ()) -> dict[str, Any]:
         """Return the values of a node's parameters by name; without names, those of all.
 
-        Raises:
-            InputError: the node has no parameter of a name; the message has the nearest name.
+        Raises
+        ------
+        InputError
+            The node has no parameter of a name; the message has the nearest name.
         """
         all_names = sorted(self.call("list_parameters", ListParameters.Request()).result.names)
         for name in names:
@@ -148,9 +165,12 @@ class Caller:
     def set(self, values: Mapping[str, Any]) -> None:
         """Set parameters of the node; if one is refused, none is set.
 
-        Raises:
-            InputError: the node has no such parameter, or a value is of no parameter type.
-            Refused: the node rejects the values; the message states the reason.
+        Raises
+        ------
+        InputError
+            The node has no such parameter, or a value is of no parameter type.
+        Refused
+            The node rejects the values; the message states the reason.
         """
         self.parameters([*values])
         messages = [_message(name, value) for name, value in values.items()]
@@ -273,8 +293,10 @@ def _plain(value: Any) -> Any:
 def _message(name: str, value: Any) -> Any:
     """Return the message that sets a parameter.
 
-    Raises:
-        InputError: ROS has no parameter type for the value.
+    Raises
+    ------
+    InputError
+        ROS has no parameter type for the value.
     """
     try:
         message = Parameter(name, value=value).to_parameter_msg()
@@ -323,15 +345,23 @@ class SpeedCaller(Caller):
     def command(self, node: str, speed: float) -> AcceptedSpeed:
         """Publish a speed command when a drive subscribes, and wait for the drive's reaction.
 
-        Args:
-            node: full name of the drive's node.
-            speed: target speed of the spindle [rad/s].
+        Parameters
+        ----------
+        node
+            Full name of the drive's node.
+        speed
+            Target speed of the spindle [rad/s].
 
-        Raises:
-            InputError: the drive does not exist.
-            CommandError: the speed exceeds the drive's limit.
-            Refused: the drive does not subscribe to commands, or ignores them.
-            AbSimError: the drive does not report the command.
+        Raises
+        ------
+        InputError
+            The drive does not exist.
+        CommandError
+            The speed exceeds the drive's limit.
+        Refused
+            The drive does not subscribe to commands, or ignores them.
+        AbSimError
+            The drive does not report the command.
         """
         healths: list[Health] = []
         speeds: list[float] = []

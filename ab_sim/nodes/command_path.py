@@ -97,11 +97,16 @@ class TrajectoryAnswer(NamedTuple):
 class CommandPath:
     """Converts commands to orders for one drive.
 
-    Args:
-        scene_limits: limits of the spindle, which all orders respect.
-        step: integration step [s].
-        rules: settings of limits, watchdog and bus.
-        seed: seed of the bus jitter.
+    Parameters
+    ----------
+    scene_limits
+        Limits of the spindle, which all orders respect.
+    step
+        Integration step [s].
+    rules
+        Settings of limits, watchdog and bus.
+    seed
+        Seed of the bus jitter.
     """
 
     def __init__(self, scene_limits: SpeedServo, step: float, rules: Rules, seed: int = 0) -> None:
@@ -191,10 +196,14 @@ class CommandPath:
     def receive(self, speed: float, now: int, stamp: int = 0) -> None:
         """Accept, reject or ignore a target speed.
 
-        Args:
-            speed: target speed [rad/s].
-            now: step at which it was received.
-            stamp: receive time [ns]; 0: unknown.
+        Parameters
+        ----------
+        speed
+            Target speed [rad/s].
+        now
+            Step at which it was received.
+        stamp
+            Receive time [ns]; 0: unknown.
         """
         if not self.limits.accepts(speed):
             self.rejected += 1
@@ -213,10 +222,14 @@ class CommandPath:
     def receive_trajectory(self, wanted: SetPoints, now: int, stamp: int = 0) -> None:
         """Accept, reject or ignore a trajectory.
 
-        Args:
-            wanted: trajectory.
-            now: step at which it was received.
-            stamp: receive time [ns]; 0: unknown.
+        Parameters
+        ----------
+        wanted
+            trajectory.
+        now
+            Step at which it was received.
+        stamp
+            Receive time [ns]; 0: unknown.
         """
         try:
             speeds = timed_speeds(wanted, self.limits)
@@ -255,9 +268,12 @@ class CommandPath:
     def reject_trajectory(self, start: int, refusal: str) -> None:
         """Reject a trajectory.
 
-        Args:
-            start: start of the trajectory [ns], as in its message.
-            refusal: reason.
+        Parameters
+        ----------
+        start
+            Start of the trajectory [ns], as in its message.
+        refusal
+            reason.
         """
         self.rejected += 1
         self.rejected_with_report += 1
@@ -328,8 +344,10 @@ class CommandPath:
     def restore(self, state: Mapping[str, Any]) -> None:
         """Restore a state that ``state`` returned; a present emergency stop remains in force.
 
-        Raises:
-            InputError: the state is invalid; nothing has changed.
+        Raises
+        ------
+        InputError
+            The state is invalid; nothing has changed.
         """
         try:
             bus = [CommandOnBus(whole(due), _wanted(wanted), 0) for due, wanted in state["bus"]]
@@ -357,9 +375,12 @@ class CommandPath:
     def order(self, now: int, speed: Callable[[], float]) -> SpeedOrder | TrajectoryOrder | None:
         """Return the next order for a step; None if there is no other one.
 
-        Args:
-            now: present step.
-            speed: function that returns the spindle's present speed [rad/s].
+        Parameters
+        ----------
+        now
+            Present step.
+        speed
+            Function that returns the spindle's present speed [rad/s].
         """
         if self.stop_wanted:
             self.stop_wanted = False

@@ -50,10 +50,14 @@ class CommandSources(NamedTuple):
         node of the same name has recently sent, because the node was then restarted. A publisher
         without recent messages may be dead, or may only send changes.
 
-        Args:
-            endpoints: all publishers that DDS lists.
-            senders: identifiers of the publishers that have sent a message at any time.
-            recent: identifiers of the publishers that have recently sent a message.
+        Parameters
+        ----------
+        endpoints
+            All publishers that DDS lists.
+        senders
+            Identifiers of the publishers that have sent a message at any time.
+        recent
+            Identifiers of the publishers that have recently sent a message.
         """
         talking = {
             (endpoint.node, endpoint.gid[:_PARTICIPANT])
@@ -110,9 +114,12 @@ class PendingCommands:
     queued when a wake-up begins act in that wake-up, up to ``AT_ONCE`` of them. DDS keeps the
     newest ``topics.COMMAND.qos.depth`` queued commands; all of these are counted.
 
-    Args:
-        node: subscriber.
-        path: command path to which the commands are passed.
+    Parameters
+    ----------
+    node
+        subscriber.
+    path
+        Command path to which the commands are passed.
     """
 
     def __init__(self, node: Node, path: CommandPath) -> None:
@@ -158,9 +165,12 @@ class PendingCommands:
     def take(self, now: int, standing: bool) -> None:
         """Pass the received commands to the command path, in the order of their arrival.
 
-        Args:
-            now: present step.
-            standing: whether time is paused; the delays of commands are then not measured.
+        Parameters
+        ----------
+        now
+            Present step.
+        standing
+            Whether time is paused; the delays of commands are then not measured.
         """
         if not self._subscriptions:
             return
@@ -193,11 +203,16 @@ class PendingCommands:
     def _pass_on(self, topic: Topic, message: Any, now: int, stamp: int) -> None:
         """Pass a message to the command path, or count and log it if it is malformed.
 
-        Args:
-            topic: topic of the message.
-            message: received message.
-            now: present step.
-            stamp: receive time by the steady clock [ns]; 0: unknown.
+        Parameters
+        ----------
+        topic
+            Topic of the message.
+        message
+            Received message.
+        now
+            Present step.
+        stamp
+            Receive time by the steady clock [ns]; 0: unknown.
         """
         if topic is topics.TRAJECTORY:
             self._renewed = False

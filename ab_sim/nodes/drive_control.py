@@ -26,8 +26,10 @@ _PROMPTLY = 0.2
 class DriveControl:
     """Services of a drive's node; all are refused while it is not active.
 
-    Args:
-        node: node that offers the services.
+    Parameters
+    ----------
+    node
+        Node that offers the services.
     """
 
     def __init__(self, node: DriveNode) -> None:
@@ -254,7 +256,9 @@ class DriveControl:
 
         Before its last point, a trajectory counts as enough commands.
 
-        Returns:
+        Returns
+        -------
+        str
             Empty text, or a refusal after ``PATIENCE``.
         """
         node, end = self._node, time.monotonic() + PATIENCE
@@ -276,10 +280,14 @@ class DriveControl:
     ) -> Answer:
         """Change the state or time of a session, and continue from there.
 
-        Args:
-            leap: function that changes the session, called under the node's lock.
-            text: message for the log.
-            expected: expected session; None: any.
+        Parameters
+        ----------
+        leap
+            Function that changes the session, called under the node's lock.
+        text
+            Message for the log.
+        expected
+            Expected session; None: any.
         """
         with self._node.active(expected) as session:
             _leave(session)
@@ -295,8 +303,10 @@ class DriveControl:
 def sound(session: Session) -> Session:
     """Return the session if its drive has no faults.
 
-    Raises:
-        CommandError: the drive has faults, which prevent the request.
+    Raises
+    ------
+    CommandError
+        The drive has faults, which prevent the request.
     """
     if session.now.drive.faults:
         raise CommandError(

@@ -34,12 +34,18 @@ class RealTimeTolerance(NamedTuple):
 class DriveHealth:
     """Monitors a drive, its pacing and its error checks.
 
-    Args:
-        drive: running drive.
-        pacer: pacer of the drive.
-        checks: error checks of the drive; None: none.
-        tolerance: limits beyond which there is a warning.
-        work_precision: accuracy by which the drive's solver was chosen; None: none requested.
+    Parameters
+    ----------
+    drive
+        Running drive.
+    pacer
+        Pacer of the drive.
+    checks
+        Error checks of the drive; None: none.
+    tolerance
+        Limits beyond which there is a warning.
+    work_precision
+        Accuracy by which the drive's solver was chosen; None: none requested.
     """
 
     def __init__(
@@ -77,9 +83,12 @@ class DriveHealth:
     def period_over(self, now: float, paused: bool) -> bool:
         """Return whether a report is due, and if so update the real-time factor.
 
-        Args:
-            now: present time by the steady clock [s].
-            paused: whether time is paused; the factor is then not measured.
+        Parameters
+        ----------
+        now
+            Present time by the steady clock [s].
+        paused
+            Whether time is paused; the factor is then not measured.
         """
         since, steps = self._reports[-1]
         if now - since < PERIOD:
@@ -232,9 +241,12 @@ class NewWarnings:
     def of(self, warnings: Iterable[str], now: float) -> list[str]:
         """Return the warnings that no report of the last ``ABSENT`` seconds contained.
 
-        Args:
-            warnings: all warnings of the present report.
-            now: present time [s].
+        Parameters
+        ----------
+        warnings
+            All warnings of the present report.
+        now
+            Present time [s].
         """
         present = {NUMBER.sub("#", warning): warning for warning in warnings}
         new = [w for key, w in present.items() if now - self._seen.get(key, -math.inf) > ABSENT]

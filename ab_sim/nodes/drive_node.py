@@ -75,13 +75,19 @@ class DriveNode(ManagedNode):
     ) -> Iterator[Session]:
         """Yield the session, under the node's lock.
 
-        Args:
-            expected: expected session; None: any.
-            patience: longest time to wait for the lock [s].
+        Parameters
+        ----------
+        expected
+            Expected session; None: any.
+        patience
+            Longest time to wait for the lock [s].
 
-        Raises:
-            CommandError: the node is not active, or has another session.
-            TimeoutError: another thread held the lock for longer than ``patience``.
+        Raises
+        ------
+        CommandError
+            The node is not active, or has another session.
+        TimeoutError
+            Another thread held the lock for longer than ``patience``.
         """
         if not self._turn.acquire(patience):
             raise TimeoutError
@@ -107,10 +113,14 @@ class DriveNode(ManagedNode):
     def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
         """Prepare the drive of another scene, which may take long; the present drive continues.
 
-        Args:
-            scene: scene to prepare.
-            values: parameters of the node.
-            say: function that logs a text if the work takes long.
+        Parameters
+        ----------
+        scene
+            Scene to prepare.
+        values
+            Parameters of the node.
+        say
+            Function that logs a text if the work takes long.
         """
         tolerance = tolerance_of(values)
         return PreparedDrive(scene, self._rates, values["error_checks"], tolerance, say)
@@ -118,8 +128,10 @@ class DriveNode(ManagedNode):
     def scene_of(self, values: Values) -> Scene:
         """Return the scene that parameter values name.
 
-        Raises:
-            SceneError, InputError: the scene does not exist or cannot be run.
+        Raises
+        ------
+        SceneError, InputError
+            The scene does not exist or cannot be run.
         """
         return scene_of(values["scene"], values["changes"], self._rates)
 
@@ -167,8 +179,10 @@ class DriveNode(ManagedNode):
     def run(self, stopping: threading.Event) -> None:
         """Run the main loop until stopped: wake up, take steps, serve requests.
 
-        Raises:
-            AbSimError: the automatic start failed.
+        Raises
+        ------
+        AbSimError
+            The automatic start failed.
         """
         self.stopping = stopping
         if self.settings.values["autostart"]:

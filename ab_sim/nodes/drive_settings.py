@@ -237,8 +237,10 @@ DRIVE_PARAMETERS = (
 def rates_of(values: Values) -> Rates:
     """Return the rates of the main loop, and the limits of its lag.
 
-    Raises:
-        InputError: a publication period is not a whole number of wake-ups.
+    Raises
+    ------
+    InputError
+        A publication period is not a whole number of wake-ups.
     """
     wake = values["wake_rate"]
     per_state, per_block = (

@@ -12,9 +12,12 @@ class Inbox:
     If a queue is full, its oldest message is dropped and counted in ``dropped``. A flood on one
     topic does not affect the others.
 
-    Args:
-        topics: names of the topics.
-        length: largest number of messages in each queue.
+    Parameters
+    ----------
+    topics
+        Names of the topics.
+    length
+        Largest number of messages in each queue.
     """
 
     def __init__(self, topics: Iterable[str], length: int) -> None:

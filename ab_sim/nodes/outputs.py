@@ -65,8 +65,10 @@ class _SensorStream(NamedTuple):
 class Accelerometers:
     """Publishes every sample of a scene's accelerometers and probes.
 
-    Args:
-        node: publishing node; its namespace is part of the frames' names.
+    Parameters
+    ----------
+    node
+        Publishing node; its namespace is part of the frames' names.
     """
 
     def __init__(self, node: Node) -> None:
@@ -119,8 +121,10 @@ class Accelerometers:
 class TurnVectorPublisher:
     """Publishes the once-per-turn vector over the last turn, if there are subscribers.
 
-    Args:
-        node: publishing node; its namespace is part of the frame's name.
+    Parameters
+    ----------
+    node
+        Publishing node; its namespace is part of the frame's name.
     """
 
     def __init__(self, node: Node) -> None:
@@ -138,8 +142,10 @@ class TurnVectorPublisher:
     def publish(self, runs: Sequence[Trajectory]) -> None:
         """Publish the vector at the last sample, if there is a whole turn before it.
 
-        Args:
-            runs: samples of all integration steps since the last call.
+        Parameters
+        ----------
+        runs
+            Samples of all integration steps since the last call.
         """
         if not self._publisher.get_subscription_count():
             self._turn = None
@@ -159,8 +165,10 @@ class TurnVectorPublisher:
 class FaultPublisher:
     """Publisher of the drive's present faults.
 
-    Args:
-        node: publishing node.
+    Parameters
+    ----------
+    node
+        Publishing node.
     """
 
     def __init__(self, node: Node) -> None:
@@ -202,11 +210,16 @@ class Outputs:
     needs tf2_msgs; without it a message is logged. All publishers exist as long as the node, so
     that subscribers are matched before a scene is loaded.
 
-    Args:
-        node: publishing node; its namespace is part of the frames' names.
-        scene: name or file of the first scene.
-        hardware: ``hardware_id`` in the diagnostics; empty: namespace and scene.
-        clock: whether simulated time is published.
+    Parameters
+    ----------
+    node
+        Publishing node; its namespace is part of the frames' names.
+    scene
+        Name or file of the first scene.
+    hardware
+        ``hardware_id`` in the diagnostics; empty: namespace and scene.
+    clock
+        Whether simulated time is published.
     """
 
     def __init__(self, node: BaseNode, scene: str, hardware: str, clock: bool) -> None:
@@ -236,9 +249,12 @@ class Outputs:
     def begin(self, scene: Scene, channels: Sequence[str]) -> None:
         """Publish the state of a scene's drive from now on.
 
-        Args:
-            scene: scene of the drive.
-            channels: channels of its samples.
+        Parameters
+        ----------
+        scene
+            Scene of the drive.
+        channels
+            Channels of its samples.
         """
         self._name_hardware(scene.name)
         self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
@@ -279,11 +295,16 @@ class Outputs:
     ) -> tuple[list[float], Set[str]]:
         """Return the numbers of the last sample's state messages, and the silent sensors.
 
-        Args:
-            present: trajectory that ends with the sample.
-            faults: faults of the drive.
+        Parameters
+        ----------
+        present
+            Trajectory that ends with the sample.
+        faults
+            Faults of the drive.
 
-        Returns:
+        Returns
+        -------
+        tuple[list[float], Set[str]]
             Numbers from which ``publish_state`` selects; empty if no topic has a subscriber. Names
             of the sensors that a fault has silenced.
         """
@@ -315,9 +336,12 @@ class Outputs:
 
         Topics that had no subscriber in ``state_values`` are omitted.
 
-        Args:
-            time_ns: time of the sample [ns].
-            values, silent: results of ``state_values``.
+        Parameters
+        ----------
+        time_ns
+            Time of the sample [ns].
+        values, silent
+            Results of ``state_values``.
         """
         for stream in self._subscribed:
             if stream.sensor not in silent:

@@ -62,9 +62,12 @@ class DurationHistogram:
 class StageTimer:
     """Measures the durations of the stages of a wake-up.
 
-    Args:
-        names: names of the stages.
-        clock: function that returns the time [ns].
+    Parameters
+    ----------
+    names
+        Names of the stages.
+    clock
+        Function that returns the time [ns].
     """
 
     def __init__(self, *names: str, clock: Callable[[], int] = time.perf_counter_ns) -> None:
@@ -133,15 +136,21 @@ class Pacer:
     more than ``patience``, the excess steps are dropped and counted, and pacing continues from the
     present time.
 
-    Args:
-        step: integration step [s].
-        steps_per_wake: steps of a wake-up that is on time, at factor 1.
-        budget: largest number of steps at one wake-up at factors up to 1; multiplied by larger
-            factors.
-        patience: largest lag before steps are dropped [s], by the clock.
+    Parameters
+    ----------
+    step
+        Integration step [s].
+    steps_per_wake
+        Steps of a wake-up that is on time, at factor 1.
+    budget
+        Largest number of steps at one wake-up at factors up to 1; multiplied by larger factors.
+    patience
+        Largest lag before steps are dropped [s], by the clock.
 
-    Raises:
-        InputError: the budget is less than one wake-up's steps, or patience less than a period.
+    Raises
+    ------
+    InputError
+        The budget is less than one wake-up's steps, or patience less than a period.
     """
 
     def __init__(self, step: float, steps_per_wake: int, budget: int, patience: float) -> None:
@@ -178,9 +187,12 @@ class Pacer:
     def start(self, now: float, factor: float | None = None) -> None:
         """Start, or restart after a stop: no step is due at ``now``.
 
-        Args:
-            now: present time [s].
-            factor: new ratio of simulated time to clock time; default: unchanged.
+        Parameters
+        ----------
+        now
+            Present time [s].
+        factor
+            New ratio of simulated time to clock time; default: unchanged.
         """
         self._factor = self._factor if factor is None else factor
         self._origin, self._taken = now, 0
@@ -254,9 +266,12 @@ class Pacer:
 class Ticker:
     """Source of periodic ticks on a fixed grid of times; several overdue ticks count as one.
 
-    Args:
-        period: time between two ticks [s].
-        now: present time [s].
+    Parameters
+    ----------
+    period
+        Time between two ticks [s].
+    now
+        Present time [s].
     """
 
     def __init__(self, period: float, now: float) -> None:

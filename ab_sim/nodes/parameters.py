@@ -61,8 +61,10 @@ class ParameterSpec(NamedTuple):
     def checked(self, raw: Any) -> Any:
         """Return a value converted to the default's type.
 
-        Raises:
-            InputError: the value cannot be converted, or is not allowed.
+        Raises
+        ------
+        InputError
+            The value cannot be converted, or is not allowed.
         """
         value = _converted(raw, self.default)
         allowed = value is not None and (not self.choices or value in self.choices)
@@ -75,8 +77,10 @@ class ParameterSpec(NamedTuple):
     def declare(self, node: Node) -> Any:
         """Declare the parameter at a node, and return its value.
 
-        Raises:
-            InputError: the value cannot be converted, or is not allowed.
+        Raises
+        ------
+        InputError
+            The value cannot be converted, or is not allowed.
         """
         descriptor = ParameterDescriptor(
             description=self.meaning + (f" [{self.unit}]" if self.unit else ""),
@@ -117,13 +121,18 @@ class Parameters:
 
     ROS ignores values for undeclared parameters; here they are refused.
 
-    Args:
-        node: node of the parameters.
-        specs: all parameters of the node.
+    Parameters
+    ----------
+    node
+        Node of the parameters.
+    specs
+        All parameters of the node.
 
-    Raises:
-        InputError: a value has another type or is not allowed, or a parameter does not exist; the
-            message has the nearest name.
+    Raises
+    ------
+    InputError
+        A value has another type or is not allowed, or a parameter does not exist; the message has
+        the nearest name.
     """
 
     def __init__(self, node: BaseNode, specs: Iterable[ParameterSpec]) -> None:
@@ -142,11 +151,13 @@ class Parameters:
     ) -> None:
         """Accept changes from now on.
 
-        Args:
-            validate: function without side effects that raises an AbSimError if the new values are
-                not allowed together; the values then remain unchanged.
-            apply: function that is called with the old and the new values, after a change of
-                ``values``.
+        Parameters
+        ----------
+        validate
+            Function without side effects that raises an AbSimError if the new values are not
+            allowed together; the values then remain unchanged.
+        apply
+            Function that is called with the old and the new values, after a change of ``values``.
         """
 
         def validated(parameters: list[Parameter[Any]]) -> SetParametersResult:
@@ -167,8 +178,10 @@ class Parameters:
     def _with(self, parameters: list[Parameter[Any]]) -> dict[str, Any]:
         """Return all values, some of them changed; ignore parameters that others declared.
 
-        Raises:
-            InputError: a value has the wrong type or is not allowed, or a parameter is deleted.
+        Raises
+        ------
+        InputError
+            A value has the wrong type or is not allowed, or a parameter is deleted.
         """
         for p in parameters:
             # ROS would forget the parameter, and reject its name from then on.
@@ -221,8 +234,10 @@ def _refuse_undeclared(node: BaseNode) -> None:
 def _shared_parameters(arguments: Sequence[str]) -> set[str]:
     """Return the parameters in sections for several nodes, such as `/**`, of parameter files.
 
-    Args:
-        arguments: command line that ROS has accepted.
+    Parameters
+    ----------
+    arguments
+        Command line that ROS has accepted.
     """
     parameter_names, names = set[str](), set[str]()
     for flag, value in itertools.pairwise(arguments):
@@ -248,8 +263,10 @@ def _flat(parameters: Mapping[str, Any]) -> Iterator[str]:
 def whole_ratio(long: float, short: float, meaning: str) -> int:
     """Return the ratio ``long`` / ``short``, which must be an integer.
 
-    Raises:
-        InputError: the ratio is not an integer; the message begins with ``meaning``.
+    Raises
+    ------
+    InputError
+        The ratio is not an integer; the message begins with ``meaning``.
     """
     ratio = long / short
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
@@ -268,8 +285,10 @@ def path_of(text: str) -> Path:
 def recording_file(path: str) -> Path:
     """Return the file of a recorder's parameter ``path``, and create its folder.
 
-    Raises:
-        InputError: the file is not an .rrd file, or cannot be written.
+    Raises
+    ------
+    InputError
+        The file is not an .rrd file, or cannot be written.
     """
     file, origin = path_of(path), "parameter path ="
     check_ending(file, RECORDING, origin)
@@ -284,8 +303,10 @@ def recording_file(path: str) -> Path:
 def recording_folder(path: str) -> Path:
     """Return the folder of a recorder's parameter ``bag``, and create its parents.
 
-    Raises:
-        InputError: the folder cannot be written, or a file has its name.
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or a file has its name.
     """
     folder, origin = path_of(path), "parameter bag ="
     check_folder(folder, origin)

@@ -43,13 +43,19 @@ class Rates(NamedTuple):
 def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
     """Return the scene that parameters name.
 
-    Args:
-        name: name or file of the scene.
-        changes: changes to the scene, each ``key=value``.
-        rates: rates of the main loop.
+    Parameters
+    ----------
+    name
+        Name or file of the scene.
+    changes
+        Changes to the scene, each ``key=value``.
+    rates
+        Rates of the main loop.
 
-    Raises:
-        SceneError, InputError: the scene does not exist, or cannot be run at these rates.
+    Raises
+    ------
+    SceneError, InputError
+        The scene does not exist, or cannot be run at these rates.
     """
     scene = load_scene(name, filter(None, changes))
     if scene.accuracy is None:
@@ -60,12 +66,18 @@ def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
 class PreparedDrive:
     """Scene with everything that is needed to run it live.
 
-    Args:
-        scene: scene to run.
-        rates: rates of the main loop.
-        share: fraction of the loop's CPU time for error checks; 0: no checks.
-        tolerance: limits beyond which there is a warning.
-        say: function that logs a text if the work takes long.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    rates
+        Rates of the main loop.
+    share
+        Fraction of the loop's CPU time for error checks; 0: no checks.
+    tolerance
+        Limits beyond which there is a warning.
+    say
+        Function that logs a text if the work takes long.
     """
 
     def __init__(
@@ -95,14 +107,21 @@ class PreparedDrive:
     def altered(self, scene: Scene, faults: tuple[Fault, ...], share: float) -> "PreparedDrive":
         """Return a prepared drive with other values or faults, but the same solver and pacer.
 
-        Args:
-            scene: scene with the effects and the solver of the present one.
-            faults: all faults of the new drive.
-            share: fraction of the loop's CPU time for error checks; 0: no checks.
+        Parameters
+        ----------
+        scene
+            Scene with the effects and the solver of the present one.
+        faults
+            All faults of the new drive.
+        share
+            Fraction of the loop's CPU time for error checks; 0: no checks.
 
-        Raises:
-            SceneError: the scene cannot be run.
-            InputError: a fault does not apply to the scene.
+        Raises
+        ------
+        SceneError
+            The scene cannot be run.
+        InputError
+            A fault does not apply to the scene.
         """
         other = copy.copy(self)
         other.scene, other.drive = scene, Drive(scene, commanded=True, faults=faults)
@@ -159,8 +178,10 @@ class PreparedDrive:
 def _per_wake(step: float, rates: Rates) -> int:
     """Return the number of integration steps per wake-up, which must be whole.
 
-    Raises:
-        InputError: the period of wake-ups is not a multiple of the step [s].
+    Raises
+    ------
+    InputError
+        The period of wake-ups is not a multiple of the step [s].
     """
     return whole_ratio(1.0 / rates.wake, step, "period of wake_rate over the scene's step")
 
@@ -172,11 +193,16 @@ SLICE = 1000
 class CommandedDrive:
     """Advances a drive, and applies each order and fault at its step.
 
-    Args:
-        drive: drive; only this object may command it.
-        path: source of the orders.
-        checks: error checks of the drive; None: no checks.
-        faults: faults of the drive.
+    Parameters
+    ----------
+    drive
+        Drive; only this object may command it.
+    path
+        Source of the orders.
+    checks
+        Error checks of the drive; None: no checks.
+    faults
+        Faults of the drive.
     """
 
     def __init__(
@@ -195,8 +221,10 @@ class CommandedDrive:
     def advance(self, steps: int) -> Iterator[Trajectory]:
         """Take integration steps, and yield their trajectories in parts.
 
-        Raises:
-            DivergedError: see ``Drive.advance``.
+        Raises
+        ------
+        DivergedError
+            See ``Drive.advance``.
         """
         end = self.drive.steps + steps
         while self.drive.steps < end:

@@ -37,12 +37,16 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
     ``ab_sim.base.interruption`` handles signals. rclpy's own handlers would shut down the context
     while messages are in flight.
 
-    Args:
-        arguments: program and arguments; default: those of the process.
+    Parameters
+    ----------
+    arguments
+        Program and arguments; default: those of the process.
 
-    Raises:
-        InputError: ROS would ignore an argument, or does not understand it; the domain is invalid,
-            or ROS cannot write its log.
+    Raises
+    ------
+    InputError
+        ROS would ignore an argument, or does not understand it; the domain is invalid, or ROS
+        cannot write its log.
     """
     argument_list = sys.argv if arguments is None else arguments
     if stray := _outside_ros_args(argument_list[1:]):
@@ -130,11 +134,16 @@ LONGEST = 5.0
 def leave_graph(node: Node, longest: float = LONGEST) -> bool:
     """Destroy the only node of a process, and its DDS participant.
 
-    Args:
-        node: node to destroy.
-        longest: longest time to wait [s].
+    Parameters
+    ----------
+    node
+        Node to destroy.
+    longest
+        Longest time to wait [s].
 
-    Returns:
+    Returns
+    -------
+    bool
         True if both were destroyed in time; see ``completes``.
     """
     return completes(lambda: _leave_graph(node), longest)
@@ -147,11 +156,16 @@ def completes(destroy: Callable[[], None], longest: float = LONGEST) -> bool:
     ``ab-sim demo``: a thread that removes the peer's writer holds the lock of the participant's
     discovery and waits for a timer, whose thread waits for this lock.
 
-    Args:
-        destroy: function that destroys the nodes.
-        longest: longest time to wait [s].
+    Parameters
+    ----------
+    destroy
+        Function that destroys the nodes.
+    longest
+        Longest time to wait [s].
 
-    Returns:
+    Returns
+    -------
+    bool
         True if the nodes were destroyed. If not, ROS must not be called again, and only
         ``interruption.exit_process`` ends the process.
     """
@@ -221,12 +235,16 @@ def run_node(
     and SIGTERM exit immediately, with code 128 + the signal's number. Later they exit in order with
     0, and a second signal (after ``interruption.ONE_WISH``) exits immediately.
 
-    Args:
-        make: function that creates the node. rclpy is initialised before its call, and must not
-            have been initialised by the caller.
-        loop: function that runs in the main thread until its event is set. It can then still
-            publish its last messages.
-        arguments: program and arguments; default: those of the process.
+    Parameters
+    ----------
+    make
+        Function that creates the node. rclpy is initialised before its call, and must not have been
+        initialised by the caller.
+    loop
+        Function that runs in the main thread until its event is set. It can then still publish its
+        last messages.
+    arguments
+        Program and arguments; default: those of the process.
     """
     interruption.watch()
     sys.setswitchinterval(TURN)
@@ -259,8 +277,10 @@ def run_node(
 def _created(make: Callable[[], SomeNode]) -> SomeNode:
     """Create a node.
 
-    Raises:
-        InputError: a parameter that ROS defines, such as use_sim_time, has a value of another type.
+    Raises
+    ------
+    InputError
+        A parameter that ROS defines, such as use_sim_time, has a value of another type.
     """
     try:
         return make()

@@ -300,16 +300,20 @@ class ProfileController(BaseNode):
     def _check(self, values: Values) -> None:
         """Read and keep the profile of new parameter values, because its file may change later.
 
-        Raises:
-            SceneError, InputError: the profile does not exist, or cannot be run.
+        Raises
+        ------
+        SceneError, InputError
+            The profile does not exist, or cannot be run.
         """
         self._checked = self._plan(values["profile"], values["changes"])
 
     def _plan(self, source: str, changes: Iterable[str]) -> CheckedProfile:
         """Read and check a profile.
 
-        Raises:
-            SceneError, InputError: the profile does not exist, or cannot be run.
+        Raises
+        ------
+        SceneError, InputError
+            The profile does not exist, or cannot be run.
         """
         wanted = [*filter(None, changes)]
         plan = CheckedProfile(load_profile(source, wanted), source, wanted, self._period)

@@ -80,10 +80,14 @@ def progress_of(run: ProfileRun, elapsed: float) -> Progress:
 def outcome_of(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:
     """Return the result of a run for a goal's client.
 
-    Args:
-        run: run of the profile.
-        elapsed: time since its start [s].
-        first: beginning of the text.
+    Parameters
+    ----------
+    run
+        Run of the profile.
+    elapsed
+        Time since its start [s].
+    first
+        Beginning of the text.
     """
     why = f": {run.why}" if run.why and run.why not in run.status else ""
     return Outcome(f"{first}{run.status}{why}", run.command, elapsed)
@@ -103,10 +107,14 @@ class ProfileAction:
     A goal that cannot be run is accepted and immediately aborted, because in ROS the refusal of a
     goal has no text, but a result has. A goal whose client has exited is run to its end.
 
-    Args:
-        node: node that offers the action.
-        start: function that starts the profile of a goal, and returns the reason if it cannot.
-        cancel: function that ramps down, and returns whether a profile was running.
+    Parameters
+    ----------
+    node
+        Node that offers the action.
+    start
+        Function that starts the profile of a goal, and returns the reason if it cannot.
+    cancel
+        Function that ramps down, and returns whether a profile was running.
     """
 
     def __init__(
@@ -188,11 +196,15 @@ _IF_A_PROBE = (
 class ProfileSubscriptions:
     """Subscribes to the topics that profiles need, and passes samples to the profile in progress.
 
-    Args:
-        node: subscribing node.
-        execution: function that returns the profile in progress, or None; callbacks of the
-            subscriptions call it.
-        now: function that returns the time by the node's clock [s].
+    Parameters
+    ----------
+    node
+        Subscribing node.
+    execution
+        Function that returns the profile in progress, or None; callbacks of the subscriptions call
+        it.
+    now
+        Function that returns the time by the node's clock [s].
     """
 
     def __init__(

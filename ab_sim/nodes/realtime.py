@@ -20,10 +20,14 @@ _MCL_CURRENT, _MCL_FUTURE = 1, 2
 def request_priority(priority: int) -> str:
     """Request real-time scheduling (SCHED_FIFO) of the calling thread.
 
-    Args:
-        priority: from 1 to 99.
+    Parameters
+    ----------
+    priority
+        From 1 to 99.
 
-    Returns:
+    Returns
+    -------
+    str
         Empty text; or the reason and the remedy if the system refuses.
     """
     if not sys.platform.startswith("linux"):
@@ -72,11 +76,15 @@ def freeze_garbage_collector() -> None:
 class RealTimeRequests:
     """Real-time options that a loop requests from the system.
 
-    Args:
-        priority: priority of the loop's thread, see ``request_priority``; 0: default scheduling.
-        memory: whether to lock all memory.
-        by_hand: whether to collect garbage only by ``collect_garbage``, between wake-ups. Existing
-            objects are excluded from collection in any case.
+    Parameters
+    ----------
+    priority
+        Priority of the loop's thread, see ``request_priority``; 0: default scheduling.
+    memory
+        Whether to lock all memory.
+    by_hand
+        Whether to collect garbage only by ``collect_garbage``, between wake-ups. Existing objects
+        are excluded from collection in any case.
     """
 
     def __init__(self, priority: int, memory: bool, by_hand: bool) -> None:
@@ -157,10 +165,14 @@ class StallGuard:
 
     The guard is a thread. It runs while the loop is in machine code, which releases Python's lock.
 
-    Args:
-        node: node to remove from the graph at the end of the process.
-        stopping: event that is set when the loop is to end.
-        answer: function that serves urgent requests; called while the loop is stalled.
+    Parameters
+    ----------
+    node
+        Node to remove from the graph at the end of the process.
+    stopping
+        Event that is set when the loop is to end.
+    answer
+        Function that serves urgent requests; called while the loop is stalled.
     """
 
     def __init__(self, node: Node, stopping: threading.Event, answer: Callable[[], None]) -> None:

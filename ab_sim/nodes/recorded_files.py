@@ -31,13 +31,19 @@ class BagRecorder:
     Messages are stored as received bytes, each with its reception time on the system clock. If the
     disk is slow, the oldest messages are dropped, as in `Inbox`.
 
-    Args:
-        node: subscriber; the topics are those of its namespace.
-        path: folder of the bag; if it exists, ``-2`` and so on is added to its name.
-        length: number of messages of each topic that are kept while the disk is slow.
+    Parameters
+    ----------
+    node
+        Subscriber; the topics are those of its namespace.
+    path
+        Folder of the bag; if it exists, ``-2`` and so on is added to its name.
+    length
+        Number of messages of each topic that are kept while the disk is slow.
 
-    Raises:
-        RecordingError: the bag cannot be written; the methods raise it, too.
+    Raises
+    ------
+    RecordingError
+        The bag cannot be written; the methods raise it, too.
     """
 
     def __init__(self, node: Node, path: Path, length: int) -> None:
@@ -107,14 +113,21 @@ class RecordedFiles:
     A new file begins when the drive is reset or restarted, and when the present file cannot be
     written any longer.
 
-    Args:
-        path: first file; later files get numbers, and also the first one if it exists, because
-            recordings are never overwritten. None: no files.
-        viewer: viewer of the decimated copies; None: no copies.
-        folder: folder for these copies.
-        logger: logger for the names of files and for errors.
-        drives: function that returns the number of publishers of vibration/block.
-        decimated: selection of samples, as for `Recording`.
+    Parameters
+    ----------
+    path
+        First file; later files get numbers, and also the first one if it exists, because recordings
+        are never overwritten. None: no files.
+    viewer
+        Viewer of the decimated copies; None: no copies.
+    folder
+        Folder for these copies.
+    logger
+        Logger for the names of files and for errors.
+    drives
+        Function that returns the number of publishers of vibration/block.
+    decimated
+        Selection of samples, as for `Recording`.
     """
 
     def __init__(
@@ -187,13 +200,18 @@ class RecordedFiles:
     def block(self, channels: Sequence[str], samples: NDArray[np.float64]) -> None:
         """Write a block of at least one sample.
 
-        Args:
-            channels: names of the channels.
-            samples: samples, of shape (samples, channels).
+        Parameters
+        ----------
+        channels
+            Names of the channels.
+        samples
+            Samples, of shape (samples, channels).
 
-        Raises:
-            MalformedMessage: steps are not integers or do not increase, a time is not finite, or
-                steps decrease from block to block because several drives publish.
+        Raises
+        ------
+        MalformedMessage
+            Steps are not integers or do not increase, a time is not finite, or steps decrease from
+            block to block because several drives publish.
         """
         if self._description is None:
             return
@@ -244,11 +262,16 @@ class RecordedFiles:
     def standing(self, about: str, time: float, text: str, source: str) -> None:
         """Write an event if it has changed, and repeat it at the start of each further file.
 
-        Args:
-            about: subject; a new text on the same subject replaces the former one.
-            time: time of the event [s].
-            text: text of the event.
-            source: source of the event.
+        Parameters
+        ----------
+        about
+            Subject; a new text on the same subject replaces the former one.
+        time
+            Time of the event [s].
+        text
+            Text of the event.
+        source
+            Source of the event.
         """
         if self._standing.get((source, about)) != text:
             self._standing[source, about] = text

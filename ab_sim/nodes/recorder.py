@@ -155,9 +155,10 @@ class Recorder(BaseNode):
     def run(self, stopping: threading.Event) -> None:
         """Write received messages until stopped, and then close all files.
 
-        Raises:
-            RecordingError: received samples were lost; the message and the last diagnostics have
-                their number.
+        Raises
+        ------
+        RecordingError
+            Received samples were lost; the message and the last diagnostics have their number.
         """
         failed, text = True, "ended by an error"
         try:
@@ -185,8 +186,10 @@ class Recorder(BaseNode):
     def _kept_file(self, path: str, view: str, bag: str, keep: bool) -> Path | None:
         """Return the .rrd file to keep; None: none is kept.
 
-        Raises:
-            InputError: the parameters contradict each other, or the file cannot be written.
+        Raises
+        ------
+        InputError
+            The parameters contradict each other, or the file cannot be written.
         """
         if keep:
             now = datetime.datetime.now()
@@ -366,8 +369,10 @@ class Recorder(BaseNode):
 def _number(text: str) -> float:
     """Return a number from the diagnostics of another node.
 
-    Raises:
-        MalformedMessage: the text is not a number.
+    Raises
+    ------
+    MalformedMessage
+        The text is not a number.
     """
     try:
         return number_in(text)

@@ -27,12 +27,18 @@ class Session:
 
     Public methods are for the main loop's thread, or for a thread that holds the node's lock.
 
-    Args:
-        node: node of the session.
-        outputs: publishers of the node.
-        rates: rates of the main loop.
-        settings: parameters of the node, see ``apply_settings``.
-        prepared: drive to run.
+    Parameters
+    ----------
+    node
+        Node of the session.
+    outputs
+        Publishers of the node.
+    rates
+        Rates of the main loop.
+    settings
+        Parameters of the node, see ``apply_settings``.
+    prepared
+        Drive to run.
     """
 
     def __init__(
@@ -301,9 +307,12 @@ class Session:
     def apply_settings(self, before: Values, checks: LiveChecks | None) -> None:
         """Apply changed settings.
 
-        Args:
-            before: former values of the parameters.
-            checks: result of ``checks_for_settings``.
+        Parameters
+        ----------
+        before
+            Former values of the parameters.
+        checks
+            Result of ``checks_for_settings``.
         """
         values = self._settings.values
         if any(values[name] != before[name] for name in ("time_mode", "speed_factor")):

@@ -31,11 +31,16 @@ class SimulateSteps:
     Each wake-up is a separate task of the node's executor. Between two tasks, the executor answers
     other requests, such as one to cancel.
 
-    Args:
-        node: node of the drive.
-        kind: type of the action.
-        codes: message type with the result codes of the standard.
-        control: services of the drive, which simulate the wake-ups.
+    Parameters
+    ----------
+    node
+        Node of the drive.
+    kind
+        Type of the action.
+    codes
+        Message type with the result codes of the standard.
+    control
+        Services of the drive, which simulate the wake-ups.
     """
 
     def __init__(self, node: DriveNode, kind: Any, codes: Any, control: DriveControl) -> None:
@@ -132,9 +137,12 @@ class SimulationServices:
     Clients may load only scenes that come with ab_sim, or are in the folder of the parameter
     ``worlds``.
 
-    Args:
-        node: node of the drive.
-        control: services of std_srvs, which do the work.
+    Parameters
+    ----------
+    node
+        Node of the drive.
+    control
+        Services of std_srvs, which do the work.
     """
 
     def __init__(self, node: DriveNode, control: DriveControl) -> None:
@@ -193,8 +201,10 @@ class SimulationServices:
     def _done(self, answer: Answer, code: int | None = None) -> None:
         """Raise a refusal if the drive has refused; ``code``: its result code.
 
-        Raises:
-            RefusedRequest: the answer is a refusal.
+        Raises
+        ------
+        RefusedRequest
+            The answer is a refusal.
         """
         if not answer[0]:
             raise RefusedRequest(
@@ -327,8 +337,10 @@ class SimulationServices:
     def _filtered(self, session: Session, filters: Any) -> list[str]:
         """Return the names of the entities that a request's filters select.
 
-        Raises:
-            RefusedRequest: the filters are not supported, or invalid.
+        Raises
+        ------
+        RefusedRequest
+            The filters are not supported, or invalid.
         """
         if filters.categories or filters.tags.tags or filters.bounds.type:
             raise RefusedRequest(

@@ -54,12 +54,17 @@ class ProfileSnapshot(NamedTuple):
 def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
     """Write a snapshot; an existing file is replaced atomically.
 
-    Args:
-        path: file that ends in .json.
-        snapshot: state to write.
+    Parameters
+    ----------
+    path
+        File that ends in .json.
+    snapshot
+        State to write.
 
-    Raises:
-        InputError: the file cannot be written.
+    Raises
+    ------
+    InputError
+        The file cannot be written.
     """
     write_content(path, {"format": _FORMAT, **origin(_WHO), **snapshot._asdict()})
 
@@ -67,8 +72,10 @@ def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
 def read_profile_snapshot(path: Path) -> ProfileSnapshot:
     """Read a snapshot.
 
-    Raises:
-        InputError: the file is missing or damaged, or from another version of ab_sim.
+    Raises
+    ------
+    InputError
+        The file is missing or damaged, or from another version of ab_sim.
     """
     content = read_content(path, _FORMAT, _OTHERWISE)
     check_origin(path, content, _WHO)
@@ -97,14 +104,21 @@ _PERIODS_AGREE = 1e-9
 class CheckedProfile:
     """Requested and checked profile before its start.
 
-    Args:
-        requested: requested profile.
-        source: value of the parameter that names the profile.
-        changes: changes to the profile, each ``key=value``.
-        period: time between two commands [s].
+    Parameters
+    ----------
+    requested
+        Requested profile.
+    source
+        Value of the parameter that names the profile.
+    changes
+        Changes to the profile, each ``key=value``.
+    period
+        Time between two commands [s].
 
-    Raises:
-        InputError: the profile requires another period.
+    Raises
+    ------
+    InputError
+        The profile requires another period.
     """
 
     def __init__(
@@ -167,8 +181,10 @@ class CheckedProfile:
     def execution(self, silence: float) -> ProfileExecution:
         """Return the execution of the profile, ready to begin.
 
-        Args:
-            silence: longest time without vibration messages while a condition needs them [s].
+        Parameters
+        ----------
+        silence
+            Longest time without vibration messages while a condition needs them [s].
         """
         if self._settings is not None:
             return AdaptiveExecution(self._settings, self._requested.first)
@@ -193,12 +209,17 @@ FASTEST = 200.0
 class TimedRun:
     """Runs profiles by a clock, which may jump if it is that of a simulator.
 
-    Args:
-        period: time between two commands [s].
-        simulated: whether the clock is that of a simulator. Periods then count from the profile's
-            start; otherwise a command is due at every call.
-        say: see ``ProfileRun``.
-        warn: function that reports a jump of the clock.
+    Parameters
+    ----------
+    period
+        Time between two commands [s].
+    simulated
+        Whether the clock is that of a simulator. Periods then count from the profile's start;
+        otherwise a command is due at every call.
+    say
+        See ``ProfileRun``.
+    warn
+        Function that reports a jump of the clock.
     """
 
     def __init__(
@@ -240,14 +261,22 @@ class TimedRun:
     ) -> str:
         """Run a profile from its beginning.
 
-        Args:
-            now: present time [ns].
-            plan: profile to run.
-            silence: see ``CheckedProfile.execution``.
-            deceleration: deceleration of an abort [rad/s^2].
-            begin: start of the profile [ns], not before ``now``; None: ``now``.
+        Parameters
+        ----------
+        now
+            Present time [ns].
+        plan
+            Profile to run.
+        silence
+            See ``CheckedProfile.execution``.
+        deceleration
+            Deceleration of an abort [rad/s^2].
+        begin
+            Start of the profile [ns], not before ``now``; None: ``now``.
 
-        Returns:
+        Returns
+        -------
+        str
             Empty text, or the reason of a refusal.
         """
         execution, begin = plan.execution(silence), now if begin is None else begin
@@ -265,9 +294,12 @@ class TimedRun:
     def tick(self, now: int, passed: float) -> float | None:
         """Return the speed to command now [rad/s]; None: no command.
 
-        Args:
-            now: present time [ns].
-            passed: time since the last call, by the steady clock [s].
+        Parameters
+        ----------
+        now
+            Present time [ns].
+        passed
+            Time since the last call, by the steady clock [s].
         """
         if self._put_back is not None:
             return self._wait(now)
@@ -285,11 +317,16 @@ class TimedRun:
     def abort(self, now: int, why: str) -> str:
         """Begin to ramp down to standstill.
 
-        Args:
-            now: present time [ns].
-            why: reason, for the status.
+        Parameters
+        ----------
+        now
+            Present time [ns].
+        why
+            Reason, for the status.
 
-        Returns:
+        Returns
+        -------
+        str
             Empty text, or the reason if there is no profile to abort.
         """
         if self._put_back is not None:
@@ -311,14 +348,21 @@ class TimedRun:
     ) -> None:
         """Restore a snapshot, and continue when the drive has reached its time.
 
-        Args:
-            now: present time [ns].
-            snapshot: state to restore.
-            plan: profile of the snapshot; None: no profile.
-            silence: see ``CheckedProfile.execution``.
+        Parameters
+        ----------
+        now
+            Present time [ns].
+        snapshot
+            State to restore.
+        plan
+            Profile of the snapshot; None: no profile.
+        silence
+            See ``CheckedProfile.execution``.
 
-        Raises:
-            InputError: the snapshot belongs to another profile or is damaged; nothing has changed.
+        Raises
+        ------
+        InputError
+            The snapshot belongs to another profile or is damaged; nothing has changed.
         """
         if plan is not None and plan.made_of != snapshot.made_of:
             raise InputError(
@@ -356,9 +400,12 @@ class TimedRun:
     def _see_leap(self, before: int, now: int, passed: float) -> None:
         """Drop or abort the profile if the clock has jumped.
 
-        Args:
-            before, now: times of the last and of the present call by the node's clock [ns].
-            passed: time between the two calls by the steady clock [s].
+        Parameters
+        ----------
+        before, now
+            Times of the last and of the present call by the node's clock [ns].
+        passed
+            Time between the two calls by the steady clock [s].
         """
         if self.run.state not in (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING):
             return

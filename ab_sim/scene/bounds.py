@@ -42,7 +42,9 @@ class Bounds(NamedTuple):
 def bounds_at(scene: Scene, key: str) -> Bounds | None:
     """Return the bounds of the number at a dotted key, or of each number in its list.
 
-    Returns:
+    Returns
+    -------
+    Bounds | None
         Bounds in SI units; None if the key has no number, or if the number has conditions other
         than bounds. Conditions between sections are not considered.
     """

@@ -34,8 +34,10 @@ def all_parsed(changes: Iterable[str]) -> list[Change]:
 
     An empty value removes the key.
 
-    Raises:
-        SceneError: a change has another form, or the changes are not a list of texts.
+    Raises
+    ------
+    SceneError
+        A change has another form, or the changes are not a list of texts.
     """
     texts = list(changes)
     if isinstance(changes, str | Mapping) or not all(isinstance(text, str) for text in texts):
@@ -63,9 +65,11 @@ def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
     A key refers to an entry of a list by its index, counted from 0: ``balls.mass.1``. If the scene
     gives one number for all entries, the change replaces it with a list.
 
-    Raises:
-        SceneError: a key to remove is missing, a list has no such entry, or a key refers to a part
-            of a single value.
+    Raises
+    ------
+    SceneError
+        A key to remove is missing, a list has no such entry, or a key refers to a part of a single
+        value.
     """
     balls = _balls(raw)
     for change in changes:
@@ -89,8 +93,10 @@ def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
 def value_at(raw: Mapping[str, Any], key: str) -> Any:
     """Return the value at a dotted key of a scene's plain values; None if there is none.
 
-    Raises:
-        SceneError: a list has no such entry; the message names its entries.
+    Raises
+    ------
+    SceneError
+        A list has no such entry; the message names its entries.
     """
     here: Any = raw
     path = ""
@@ -107,10 +113,14 @@ def value_at(raw: Mapping[str, Any], key: str) -> Any:
 def _listed(path: str, value: Any, balls: int) -> Any:
     """Expand one number that stands for all entries to a list; return other values unchanged.
 
-    Args:
-        path: dotted key of the value.
-        value: value in the scene, numbers also as texts; None if it is missing.
-        balls: number of balls, the length of lists with one entry per ball.
+    Parameters
+    ----------
+    path
+        Dotted key of the value.
+    value
+        Value in the scene, numbers also as texts; None if it is missing.
+    balls
+        Number of balls, the length of lists with one entry per ball.
     """
     if value is None and path in ZERO:
         value = ZERO[path]
@@ -155,13 +165,20 @@ def _owner(
 ) -> tuple[Any, str, str]:
     """Copy the section or list that contains a changed key, and its owners up to the scene.
 
-    Args:
-        raw: the scene, changed in place.
-        change: change whose key is looked up.
-        balls: number of balls.
-        create: True to add missing sections; False to refuse them.
+    Parameters
+    ----------
+    raw
+        The scene, changed in place.
+    change
+        Change whose key is looked up.
+    balls
+        Number of balls.
+    create
+        True to add missing sections; False to refuse them.
 
-    Returns:
+    Returns
+    -------
+    tuple[Any, str, str]
         The copied section or list, its dotted key, and the last part of the changed key.
     """
     parts = change.key.split(".")
@@ -197,8 +214,10 @@ def _joined(path: str, part: str) -> str:
 def _place(entries: Sequence[Any], part: str, path: str, origin: str) -> int:
     """Return the index that a part of a key stands for.
 
-    Raises:
-        SceneError: the list has no such entry; the message names its entries.
+    Raises
+    ------
+    SceneError
+        The list has no such entry; the message names its entries.
     """
     if part.isascii() and part.isdecimal() and len(part) < 10 and int(part) < len(entries):
         return int(part)
@@ -213,8 +232,10 @@ def _place(entries: Sequence[Any], part: str, path: str, origin: str) -> int:
 def _check_there(here: Mapping[str, Any], key: str, owner: str, change: Change) -> None:
     """Refuse to remove a missing key: it may be a typo for another one, which would silently stay.
 
-    Raises:
-        SceneError: the key is missing; the message names the nearest one.
+    Raises
+    ------
+    SceneError
+        The key is missing; the message names the nearest one.
     """
     if key not in here:
         there = [str(other) for other in here]

@@ -41,11 +41,15 @@ def explain(
 ) -> list[str]:
     """Return one message per finding, up to ``MOST_MESSAGES``.
 
-    Args:
-        error: pydantic's error.
-        at: key of the checked part in the scene.
-        only_own_fields: True to leave out findings on the whole scene, which may only follow from
-            a part that is wrong by itself.
+    Parameters
+    ----------
+    error
+        Pydantic's error.
+    at
+        Key of the checked part in the scene.
+    only_own_fields
+        True to leave out findings on the whole scene, which may only follow from a part that is
+        wrong by itself.
     """
     messages: list[str] = []
     for finding in error.errors(include_url=False):

@@ -39,12 +39,16 @@ class SceneKey(NamedTuple):
 def scene_keys(section: str = "") -> list[SceneKey]:
     """Return all keys in the order of the models, or those of one section.
 
-    Args:
-        section: a key or the beginning of keys, dotted, e.g. ``rotor``, ``effects.motor``,
-            ``mounts.0.stiffness``, ``balls.mass.1``; empty for all.
+    Parameters
+    ----------
+    section
+        A key or the beginning of keys, dotted, e.g. ``rotor``, ``effects.motor``,
+        ``mounts.0.stiffness``, ``balls.mass.1``; empty for all.
 
-    Raises:
-        InputError: there is no such key; the message names the nearest.
+    Raises
+    ------
+    InputError
+        There is no such key; the message names the nearest.
     """
     schema = bare_schema()
     rows = _below("", schema, schema["$defs"])
@@ -92,11 +96,16 @@ def _below(key: str, section: Schema, sections: Schema) -> list[SceneKey]:
 def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[SceneKey]:
     """Yield the rows of a key, and of all keys below it.
 
-    Args:
-        key: dotted key.
-        schema: JSON Schema of its value.
-        sections: definitions to which ``$ref`` refers.
-        needed: True if the key is required.
+    Parameters
+    ----------
+    key
+        Dotted key.
+    schema
+        JSON Schema of its value.
+    sections
+        Definitions to which ``$ref`` refers.
+    needed
+        True if the key is required.
     """
     schema, choices = _resolved(schema, sections)
     kinds = [choice for choice in choices if "kind" in choice.get("properties", ())]
@@ -247,9 +256,12 @@ def without_units(raw: Any, at: Key = ()) -> Any:
     A text is kept if its key takes no number, or a number of another dimension. The check of the
     scene then refuses the text, and reports it together with all other errors.
 
-    Args:
-        raw: the scene or a part of it, nested mappings and lists, effects by name; not changed.
-        at: key of that part.
+    Parameters
+    ----------
+    raw
+        The scene or a part of it, nested mappings and lists, effects by name; not changed.
+    at
+        Key of that part.
     """
     if isinstance(raw, str):
         return _number(raw, at)
@@ -274,7 +286,9 @@ def _number(text: str, key: Key) -> str | float:
 def unit_at(key: Key) -> str:
     """Return the SI unit of a key, or of the list in which it is an entry.
 
-    Returns:
+    Returns
+    -------
+    str
         "1" for dimensionless numbers; "-" for other values and unknown keys.
     """
     steppers = registry("steppers").steppers()

@@ -67,8 +67,10 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
 def as_scene(scene: SceneLike) -> Scene:
     """Return the scene itself, or the one with that name or path.
 
-    Raises:
-        SceneError: see ``load_scene``.
+    Raises
+    ------
+    SceneError
+        See ``load_scene``.
     """
     return scene if isinstance(scene, Scene) else load_scene(scene)
 
@@ -76,15 +78,20 @@ def as_scene(scene: SceneLike) -> Scene:
 def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scene:
     """Return a copy of a scene with some values changed.
 
-    Args:
-        scene: original scene; it does not change.
-        changes: values by dotted key, SI or a text with a unit, e.g. ``{"balls.mass": 0.002}`` or
-            ``"2 g"``; None removes the key, which must exist.
-        origin: name of the changes in messages.
+    Parameters
+    ----------
+    scene
+        Original scene; it does not change.
+    changes
+        Values by dotted key, SI or a text with a unit, e.g. ``{"balls.mass": 0.002}`` or ``"2 g"``;
+        None removes the key, which must exist.
+    origin
+        Name of the changes in messages.
 
-    Raises:
-        SceneError: a key is not a text, there is nothing to remove, or the result is not a valid
-            scene.
+    Raises
+    ------
+    SceneError
+        A key is not a text, there is nothing to remove, or the result is not a valid scene.
     """
     if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):
         raise SceneError(
@@ -112,14 +119,21 @@ def with_solver(
 ) -> Scene:
     """Return a copy of a scene with another solver and without a requested accuracy.
 
-    Args:
-        scene: original scene; it does not change.
-        stepper: name of the stepper.
-        step: integration step [s], rounded to 1e-12 s.
-        parameters: parameters of the stepper by name, in the units of the stepper; None for none.
+    Parameters
+    ----------
+    scene
+        Original scene; it does not change.
+    stepper
+        Name of the stepper.
+    step
+        Integration step [s], rounded to 1e-12 s.
+    parameters
+        Parameters of the stepper by name, in the units of the stepper; None for none.
 
-    Raises:
-        SceneError: the stepper or step is not allowed.
+    Raises
+    ------
+    SceneError
+        The stepper or step is not allowed.
     """
     raw = {key: value for key, value in scene.as_mapping().items() if key != "accuracy"}
     raw["solver"] = {"stepper": stepper, "step": round(step, 12), "parameters": parameters or {}}
@@ -129,12 +143,17 @@ def with_solver(
 def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
     """Check the content of a scene's file and return the scene.
 
-    Args:
-        raw: nested mappings; numbers are in SI or texts with a unit.
-        origin: name of the source of the content, for messages.
+    Parameters
+    ----------
+    raw
+        Nested mappings; numbers are in SI or texts with a unit.
+    origin
+        Name of the source of the content, for messages.
 
-    Raises:
-        SceneError: see ``load_scene``.
+    Raises
+    ------
+    SceneError
+        See ``load_scene``.
     """
     problems: list[str] = []
     effects: dict[str, Any] = {}
@@ -176,8 +195,10 @@ def _effects_model(classes: tuple[tuple[str, type], ...]) -> type[BaseModel]:
 def _by_name(effects: Any) -> dict[str, Any]:
     """Return effects by name from a list of names, each bare or with parameters, or from a mapping.
 
-    Raises:
-        ValueError: the value is neither; the message states the problem.
+    Raises
+    ------
+    ValueError
+        The value is neither; the message states the problem.
     """
     if isinstance(effects, Mapping):
         entries = list(effects.items())
@@ -213,8 +234,10 @@ def _by_name(effects: Any) -> dict[str, Any]:
 def read_mapping(path: Path) -> dict[str, Any]:
     """Return the unchecked content of a scene's file, with effects by name.
 
-    Raises:
-        SceneError: the file cannot be read, or is not a mapping.
+    Raises
+    ------
+    SceneError
+        The file cannot be read, or is not a mapping.
     """
     raw = read_scene_file(path)
     # Effects by name, so that keys of changes can refer to them. Unreadable effects stay as they
@@ -242,15 +265,19 @@ class RequestedProfile(NamedTuple):
 def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
     """Read and check a profile.
 
-    Args:
-        source: name or YAML file of a scene with a profile; or a YAML file with the content of a
-            scene's ``profile``, which then begins at standstill; or that content itself, in braces.
-        changes: ``key=value`` with a dotted key, such as ``profile.target_speed=150``; for a scene
-            also other keys.
+    Parameters
+    ----------
+    source
+        Name or YAML file of a scene with a profile; or a YAML file with the content of a scene's
+        ``profile``, which then begins at standstill; or that content itself, in braces.
+    changes
+        ``key=value`` with a dotted key, such as ``profile.target_speed=150``; for a scene also
+        other keys.
 
-    Raises:
-        SceneError: there is no profile, or it is invalid; the message names key, value and allowed
-            range.
+    Raises
+    ------
+    SceneError
+        There is no profile, or it is invalid; the message names key, value and allowed range.
     """
     if source.lstrip().startswith("{"):
         return _alone(_mapping(source), changes, GIVEN)
@@ -267,8 +294,10 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
 def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> RequestedProfile:
     """Apply changes to the content of a profile without a scene, check it, and return it.
 
-    Raises:
-        SceneError: the profile is invalid, or a change is for another section of a scene.
+    Raises
+    ------
+    SceneError
+        The profile is invalid, or a change is for another section of a scene.
     """
     whole = {"profile": raw}
     apply(whole, all_parsed(changes))

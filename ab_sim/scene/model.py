@@ -370,9 +370,11 @@ def _check_sensors(scene: Scene) -> None:
 def _check_deck(scene: Scene) -> None:
     """Refuse sections that have no meaning for this kind of deck, and impossible values.
 
-    Raises:
-        ValueError: a section or an effect does not apply, or a value is impossible; the message
-            names key, value, allowed range and remedy.
+    Raises
+    ------
+    ValueError
+        A section or an effect does not apply, or a value is impossible; the message names key,
+        value, allowed range and remedy.
     """
     if scene.deck is None:
         _check_plane(scene)
@@ -431,12 +433,18 @@ def _check_effects(
 ) -> None:
     """Refuse effects that act on the other kind of deck only.
 
-    Args:
-        scene: scene to check.
-        others: methods of effects that act on the other kind.
-        methods: methods of effects that act on this kind.
-        whose: other kind, for the message.
-        here: statement on this scene, for the message.
+    Parameters
+    ----------
+    scene
+        Scene to check.
+    others
+        Methods of effects that act on the other kind.
+    methods
+        Methods of effects that act on this kind.
+    whose
+        Other kind, for the message.
+    here
+        Statement on this scene, for the message.
     """
     for name, effect in scene.effects.items():
         acts_there = any(hasattr(effect, method) for method in others)

@@ -42,9 +42,10 @@ class AdaptiveProfile(RunUp):
     def steps_per_command(self, step: float) -> int:
         """Return the number of integration steps of ``step`` [s] between two commands.
 
-        Raises:
-            ValueError: the number is not an integer; the message names the nearest periods that
-                fit.
+        Raises
+        ------
+        ValueError
+            The number is not an integer; the message names the nearest periods that fit.
         """
         steps = self.command_period / step
         whole = max(1, round(steps))
@@ -60,9 +61,12 @@ class AdaptiveProfile(RunUp):
     def settings(self, sensing: SensorFacts, limit: float = math.inf) -> StartUpSettings:
         """Return the settings of the controller.
 
-        Args:
-            sensing: properties of the sensor.
-            limit: largest reading of the sensor, in its unit.
+        Parameters
+        ----------
+        sensing
+            Properties of the sensor.
+        limit
+            Largest reading of the sensor, in its unit.
         """
         return StartUpSettings(
             self.target_speed, self.acceleration, sensing, self.command_period, limit=limit
@@ -71,8 +75,10 @@ class AdaptiveProfile(RunUp):
     def check_start(self, first: float) -> None:
         """Check that a run may begin at a speed [rad/s].
 
-        Raises:
-            ValueError: the speed is not allowed; the message names key, value and allowed range.
+        Raises
+        ------
+        ValueError
+            The speed is not allowed; the message names key, value and allowed range.
         """
         try:
             checked(self.settings(SensorFacts("acceleration", 2)))
@@ -88,13 +94,18 @@ class AdaptiveProfile(RunUp):
     def check_sensors(self, sensors: Mapping[str, Sampled], step: float | None) -> None:
         """Check that a scene's sensors and step suit the controller.
 
-        Args:
-            sensors: sensors and probes by name.
-            step: integration step [s]; None if a step that suits the controller is chosen later.
+        Parameters
+        ----------
+        sensors
+            Sensors and probes by name.
+        step
+            Integration step [s]; None if a step that suits the controller is chosen later.
 
-        Raises:
-            ValueError: the sensor is missing or samples too slowly, or the command period is not
-                a whole number of steps; the message names key, value and allowed range.
+        Raises
+        ------
+        ValueError
+            The sensor is missing or samples too slowly, or the command period is not a whole number
+            of steps; the message names key, value and allowed range.
         """
         sensor = sensors.get(self.sensor)
         if sensor is None:
@@ -156,12 +167,16 @@ class StartUpProfile(RunUp):
     def period_begins(self, first: float) -> float | None:
         """Return the speed at which the variable-speed period begins [rad/s].
 
-        Args:
-            first: speed at which the run begins [rad/s].
+        Parameters
+        ----------
+        first
+            Speed at which the run begins [rad/s].
 
-        Returns:
-            None if the profile has no such period, or if the run begins above its start speed or
-            at or above the target speed.
+        Returns
+        -------
+        float | None
+            None if the profile has no such period, or if the run begins above its start speed or at
+            or above the target speed.
         """
         period = self.variable_speed_period
         if period is None or first >= self.target_speed:
@@ -216,15 +231,22 @@ def check_profile(
 ) -> None:
     """Check that a spindle can follow a profile.
 
-    Args:
-        profile: the profile.
-        first: speed at which it begins [rad/s].
-        max_speed: largest speed of the spindle [rad/s]; infinite if unknown.
-        max_acceleration: largest acceleration of the spindle [rad/s^2]; infinite if unknown.
+    Parameters
+    ----------
+    profile
+        The profile.
+    first
+        Speed at which it begins [rad/s].
+    max_speed
+        Largest speed of the spindle [rad/s]; infinite if unknown.
+    max_acceleration
+        Largest acceleration of the spindle [rad/s^2]; infinite if unknown.
 
-    Raises:
-        ValueError: a speed or acceleration of the profile is beyond a limit, or the profile cannot
-            begin at this speed; the message names key, value, allowed range and remedy.
+    Raises
+    ------
+    ValueError
+        A speed or acceleration of the profile is beyond a limit, or the profile cannot begin at
+        this speed; the message names key, value, allowed range and remedy.
     """
     if isinstance(profile, SpeedChangeProfile):
         if abs(profile.to_speed) > max_speed:

@@ -32,14 +32,21 @@ def register(
 ) -> Callable[[EffectClass], EffectClass]:
     """Return a class decorator that registers an effect.
 
-    Args:
-        name: name in scenes.
-        equation: equation of the effect, one line, symbols as in docs/equations.md.
-        source: source of the equation, with the equation's number there.
-        uses_ball_radius: True if a scene with the effect must give ``balls.radius``.
+    Parameters
+    ----------
+    name
+        Name in scenes.
+    equation
+        Equation of the effect, one line, symbols as in docs/equations.md.
+    source
+        Source of the equation, with the equation's number there.
+    uses_ball_radius
+        True if a scene with the effect must give ``balls.radius``.
 
-    Raises:
-        ValueError: another effect has the name, or a class of the same name.
+    Raises
+    ------
+    ValueError
+        Another effect has the name, or a class of the same name.
     """
 
     def add(effect: EffectClass) -> EffectClass:

@@ -120,8 +120,10 @@ class Segment(Section):
     def ramp(self, speed: float) -> tuple[float, float]:
         """Return the segment's longest duration [s] and its acceleration [rad/s^2].
 
-        Args:
-            speed: speed at which the segment begins [rad/s].
+        Parameters
+        ----------
+        speed
+            Speed at which the segment begins [rad/s].
         """
         if self.to is not None:
             slope = math.copysign(self._slope, self.to - speed)
@@ -160,8 +162,10 @@ class SegmentsProfile(Section):
 
         Within a segment, the speed stays between its values at both ends.
 
-        Args:
-            first: speed at which the profile begins [rad/s].
+        Parameters
+        ----------
+        first
+            Speed at which the profile begins [rad/s].
         """
         speeds = first, first
         yield speeds

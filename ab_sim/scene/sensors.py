@@ -98,8 +98,10 @@ class Sampled(Section):
     def aliasing(self, step: float) -> str:
         """Return a warning if high frequencies alias noticeably, else an empty text.
 
-        Args:
-            step: integration step [s]; a sensor that samples at each step does not alias.
+        Parameters
+        ----------
+        step
+            Integration step [s]; a sensor that samples at each step does not alias.
         """
         half = 0.5 * self.sample_rate
         if steps_per_sample(self.sample_rate, step) == 1 or self.gain(half) <= ALIASING:
@@ -114,13 +116,18 @@ class Sampled(Section):
     def check(self, key: str, step: float | None) -> None:
         """Check conditions that involve several parameters.
 
-        Args:
-            key: name of the sensor in messages.
-            step: integration step [s]; None if a step that suits the sensor is chosen later.
+        Parameters
+        ----------
+        key
+            Name of the sensor in messages.
+        step
+            Integration step [s]; None if a step that suits the sensor is chosen later.
 
-        Raises:
-            ValueError: the resolution exceeds the range, the sample rate does not fit the step, or
-                the bandwidth is too high for it; the message names value and allowed range.
+        Raises
+        ------
+        ValueError
+            The resolution exceeds the range, the sample rate does not fit the step, or the
+            bandwidth is too high for it; the message names value and allowed range.
         """
         if self.resolution > self.range:
             raise ValueError(
@@ -196,8 +203,10 @@ class Accelerometer(Sampled):
 def steps_per_sample(sample_rate: float, step: float) -> int:
     """Return the number of integration steps of ``step`` [s] between samples.
 
-    Raises:
-        ValueError: the number is not an integer; the message names the nearest rates that fit.
+    Raises
+    ------
+    ValueError
+        The number is not an integer; the message names the nearest rates that fit.
     """
     steps = 1.0 / (sample_rate * step)
     whole = max(1, round(steps))

@@ -94,12 +94,16 @@ def has_unit(text: str) -> bool:
 def with_last_unit(texts: Sequence[str]) -> list[str]:
     """Append the unit of the last number to all numbers of a range or list, as in ``80..1000 rpm``.
 
-    Args:
-        texts: the numbers in order; if only the last one has a unit, all take it.
+    Parameters
+    ----------
+    texts
+        The numbers in order; if only the last one has a unit, all take it.
 
-    Raises:
-        ValueError: another number has a unit and the last one has none; the message continues a
-            sentence that begins with the last one.
+    Raises
+    ------
+    ValueError
+        Another number has a unit and the last one has none; the message continues a sentence that
+        begins with the last one.
     """
     units = [_TEXT.fullmatch(text.strip()) if has_unit(text) else None for text in texts]
     last = units[-1]
@@ -113,16 +117,23 @@ def with_last_unit(texts: Sequence[str]) -> list[str]:
 def in_si(text: str, unit: str) -> float:
     """Convert a number with its unit to the SI unit of a key.
 
-    Args:
-        text: such as ``2500 rpm``, ``0.3 g cm``, ``1 N/mm``, ``70 ug_0/sqrt(Hz)``.
-        unit: unit of the key, e.g. ``rad/s``; "1" or "-" if it has none.
+    Parameters
+    ----------
+    text
+        Such as ``2500 rpm``, ``0.3 g cm``, ``1 N/mm``, ``70 ug_0/sqrt(Hz)``.
+    unit
+        Unit of the key, e.g. ``rad/s``; "1" or "-" if it has none.
 
-    Returns:
+    Returns
+    -------
+    float
         The float nearest to the written number.
 
-    Raises:
-        ValueError: the text has another form, an unknown unit or one of another quantity, or the
-            number is too large; the message continues a sentence that begins with the value.
+    Raises
+    ------
+    ValueError
+        The text has another form, an unknown unit or one of another quantity, or the number is too
+        large; the message continues a sentence that begins with the value.
     """
     if unit in NO_UNIT:
         raise ValueError("must be a number without unit")
@@ -160,11 +171,15 @@ def in_si(text: str, unit: str) -> float:
 def _si_unit(written: str) -> str | None:
     """Return the SI unit of the quantity that a unit measures; None if scenes do not have it.
 
-    Args:
-        written: such as ``rpm``, ``g mm``.
+    Parameters
+    ----------
+    written
+        Such as ``rpm``, ``g mm``.
 
-    Raises:
-        ImportError: pint is not installed.
+    Raises
+    ------
+    ImportError
+        Pint is not installed.
     """
     if len(written) > MOST:
         return None
@@ -264,13 +279,16 @@ _METRICS_OWN = {"mm/s": ("m/s", 1e-3)}
 def shown_units(text: str) -> ShownUnits:
     """Parse units such as ``rpm,g mm,deg``.
 
-    Args:
-        text: units separated by commas, at most one of each kind; empty: all quantities are shown
-            in SI.
+    Parameters
+    ----------
+    text
+        Units separated by commas, at most one of each kind; empty: all quantities are shown in SI.
 
-    Raises:
-        InputError: a text is not a unit of a quantity of scenes or metrics, two units measure the
-            same quantity, or pint is not installed.
+    Raises
+    ------
+    InputError
+        A text is not a unit of a quantity of scenes or metrics, two units measure the same
+        quantity, or pint is not installed.
     """
     units_shown: ShownUnits = {}
     for written in map(str.strip, text.split(",") if text.strip() else []):

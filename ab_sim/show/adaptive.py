@@ -95,11 +95,16 @@ def _free_row(rows: list[float], begin: float, width: float) -> int:
 def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome) -> None:
     """Draw the true net unbalance, and the estimated one with its deviation.
 
-    Args:
-        axes: axes of this panel only.
-        path: samples of the run.
-        scene: scene of the run.
-        adaptive: outcome of the controller.
+    Parameters
+    ----------
+    axes
+        Axes of this panel only.
+    path
+        Samples of the run.
+    scene
+        Scene of the run.
+    adaptive
+        Outcome of the controller.
     """
     length, symbol = scene.whirl_unit
     times = np.array([estimates.time for estimates in adaptive.history])

@@ -16,10 +16,14 @@ class Envelope:
 
     If there are at most as many samples as bins, the curves contain all samples.
 
-    Args:
-        channels: names of the channels.
-        count: total number of samples.
-        bins: largest number of bins.
+    Parameters
+    ----------
+    channels
+        Names of the channels.
+    count
+        Total number of samples.
+    bins
+        Largest number of bins.
     """
 
     def __init__(self, channels: Sequence[str], count: int, bins: int = _POINTS) -> None:
@@ -33,9 +37,12 @@ class Envelope:
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
         """Add samples.
 
-        Args:
-            time: times of the samples [s], shape (samples,).
-            values: samples, shape (samples, channels); values that are not finite are left out.
+        Parameters
+        ----------
+        time
+            Times of the samples [s], shape (samples,).
+        values
+            Samples, shape (samples, channels); values that are not finite are left out.
         """
         bins = (self._done + np.arange(len(time))) * self._bins // self._count
         self._done += len(time)
@@ -82,9 +89,12 @@ class WelchSegments:
 
     Segments with a gap, or with another sample spacing than the first segment, are left out.
 
-    Args:
-        length: number of samples of each segment.
-        hop: number of samples between the starts of two segments.
+    Parameters
+    ----------
+    length
+        Number of samples of each segment.
+    hop
+        Number of samples between the starts of two segments.
     """
 
     def __init__(self, length: int, hop: int) -> None:
@@ -97,10 +107,14 @@ class WelchSegments:
     def take(self, rows: np.ndarray) -> list[np.ndarray]:
         """Add samples.
 
-        Args:
-            rows: samples, shape (samples, columns); the first column is the step.
+        Parameters
+        ----------
+        rows
+            Samples, shape (samples, columns); the first column is the step.
 
-        Returns:
+        Returns
+        -------
+        list[np.ndarray]
             Newly completed segments, each of shape (length, columns).
         """
         rows = rows if self._kept is None else np.concatenate([self._kept, rows])
@@ -127,8 +141,10 @@ class PowerSpectrum:
 
     Hann windows overlap by half, as in ``scipy.signal.welch``.
 
-    Args:
-        count: total number of samples.
+    Parameters
+    ----------
+    count
+        Total number of samples.
     """
 
     def __init__(self, count: int) -> None:
@@ -157,10 +173,14 @@ class PowerSpectrum:
 class Waterfall:
     """Largest amplitude over frequency in each range of spindle speed.
 
-    Args:
-        count: total number of samples.
-        rate: approximate number of samples per second.
-        speeds: least and largest speed of the spindle [rad/s].
+    Parameters
+    ----------
+    count
+        Total number of samples.
+    rate
+        Approximate number of samples per second.
+    speeds
+        Least and largest speed of the spindle [rad/s].
     """
 
     def __init__(self, count: int, rate: float, speeds: tuple[float, float]) -> None:
@@ -200,11 +220,16 @@ def _density_of(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the periodogram of a segment, with a Hann window and without the mean.
 
-    Args:
-        segment: samples, shape (samples, columns): step, time [s], then the axes [m/s^2].
-        scaling: density per Hz, or power of a line, as in ``scipy.signal.periodogram``.
+    Parameters
+    ----------
+    segment
+        Samples, shape (samples, columns): step, time [s], then the axes [m/s^2].
+    scaling
+        Density per Hz, or power of a line, as in ``scipy.signal.periodogram``.
 
-    Returns:
+    Returns
+    -------
+    tuple[np.ndarray, np.ndarray]
         Frequencies [Hz], and the power summed over all axes.
     """
     time = segment[:, 1]

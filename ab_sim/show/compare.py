@@ -333,15 +333,24 @@ def _along(
 ) -> RecordingComparison:
     """Simulate a drive along a recording, and compare block by block.
 
-    Args:
-        run: recording.
-        drive: drive at its start.
-        driven_by: ``PROFILE`` or ``COMMANDS``.
-        first: step of the drive's start; if not ``stepped``, its time in the recording [s].
-        notes: restrictions of the comparison.
-        progress: called with the number of compared samples.
-        stepped: whether samples are compared by steps, not by times.
-        start: first sample that replaces the drive's own; None to use the latter.
+    Parameters
+    ----------
+    run
+        recording.
+    drive
+        Drive at its start.
+    driven_by
+        ``PROFILE`` or ``COMMANDS``.
+    first
+        Step of the drive's start; if not ``stepped``, its time in the recording [s].
+    notes
+        Restrictions of the comparison.
+    progress
+        Called with the number of compared samples.
+    stepped
+        Whether samples are compared by steps, not by times.
+    start
+        First sample that replaces the drive's own; None to use the latter.
     """
     # Channels that the simulation takes from the recording agree in any case.
     imposed = _NEEDED if driven_by == COMMANDS else _NEEDED[:2]

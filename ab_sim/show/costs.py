@@ -23,8 +23,10 @@ def drawn_accuracy(cost: AccuracyCost) -> ResultFigure:
     Filled marks and solid lines stand for this package's steppers, hollow marks and dashed lines
     for other programs.
 
-    Args:
-        cost: measured costs.
+    Parameters
+    ----------
+    cost
+        Measured costs.
     """
     unit = cost.unit
     panels = [("whirl", f"largest error in whirl [{unit}]", cost.uncertainty.whirl)]
@@ -51,12 +53,18 @@ def _accuracy_panel(
 ) -> None:
     """Draw the errors of one quantity over CPU time, a curve for each method.
 
-    Args:
-        axes: axes of the panel.
-        cost: measured costs.
-        key: quantity, ``angle`` or ``whirl``.
-        text: title of the vertical axis.
-        uncertainty: uncertainty of the reference, in the unit of the errors.
+    Parameters
+    ----------
+    axes
+        Axes of the panel.
+    cost
+        Measured costs.
+    key
+        Quantity, ``angle`` or ``whirl``.
+    text
+        Title of the vertical axis.
+    uncertainty
+        Uncertainty of the reference, in the unit of the errors.
     """
     methods: dict[str, list[SettingCost]] = {}
     for row in cost.rows:
@@ -141,8 +149,10 @@ _VARIANT_COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
 def drawn_cost(costs: list[EffectCost]) -> ResultFigure:
     """Return the figure of the time per step of every variant, with one panel per scene.
 
-    Args:
-        costs: measured costs.
+    Parameters
+    ----------
+    costs
+        Measured costs.
     """
     heights = [1.2 + 0.34 * len(cost.rows) for cost in costs]
     figure = ResultFigure(figsize=(9, sum(heights)), layout="constrained")

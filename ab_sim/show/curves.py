@@ -20,11 +20,16 @@ _VISIBLE = 1e-4
 def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -> None:
     """Draw a curve; for swings too fast to be seen, draw their range and mean.
 
-    Args:
-        axes: axes to draw on.
-        time: times of the samples [s], shape (samples,).
-        values: values of the curve, shape (samples,).
-        style: keywords of ``Axes.plot``, including color.
+    Parameters
+    ----------
+    axes
+        Axes to draw on.
+    time
+        Times of the samples [s], shape (samples,).
+    values
+        Values of the curve, shape (samples,).
+    style
+        Keywords of ``Axes.plot``, including color.
     """
     width = max(3, round(WINDOW * len(time)))
     # Counted over several windows, so that the result does not alternate between windows.
@@ -57,8 +62,10 @@ def in_degrees(angles: np.ndarray) -> np.ndarray:
 
     NaN interrupts the curve where a ball leaves the turn and enters it at the other end.
 
-    Args:
-        angles: unwrapped ball angles [rad], shape (samples,) or (samples, balls).
+    Parameters
+    ----------
+    angles
+        Unwrapped ball angles [rad], shape (samples,) or (samples, balls).
     """
     degrees = np.degrees(in_one_turn(angles))
     degrees[1:][np.abs(np.diff(degrees, axis=0)) > 180.0] = np.nan

@@ -100,14 +100,21 @@ class RunData:
 def gather(run: StoredRun, name: str, progress: CountProgress | None = None) -> RunData:
     """Read a recording in several passes, block by block, and keep the data of a report.
 
-    Args:
-        run: recording to read.
-        name: name of the recording in the report.
-        progress: called with the number of samples read and the total.
+    Parameters
+    ----------
+    run
+        Recording to read.
+    name
+        Name of the recording in the report.
+    progress
+        Called with the number of samples read and the total.
 
-    Raises:
-        InputError: the recording has no samples.
-        RecordingError: the recording cannot be read.
+    Raises
+    ------
+    InputError
+        The recording has no samples.
+    RecordingError
+        The recording cannot be read.
     """
     extent = run.extent
     if extent.rows == 0:

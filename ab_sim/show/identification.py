@@ -33,12 +33,17 @@ Rows = Sequence[Sequence[str]]
 def identification_page(identification: Identification, path: Path) -> None:
     """Write an identification as a self-contained web page.
 
-    Args:
-        identification: identification to show.
-        path: file to write, with the ending .html.
+    Parameters
+    ----------
+    identification
+        Identification to show.
+    path
+        File to write, with the ending .html.
 
-    Raises:
-        OSError: the file cannot be written.
+    Raises
+    ------
+    OSError
+        The file cannot be written.
     """
     write_page(
         path,

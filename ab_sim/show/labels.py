@@ -26,10 +26,14 @@ def label_at_right(axes: Axes, labels: Sequence[Label], away: float = 5.0) -> No
     Labels of values beyond the panel's limits are at the nearest edge. If there is not enough room,
     the last labels are replaced by their number.
 
-    Args:
-        axes: axes of the panel; limits and size may change until it is drawn.
-        labels: labels, the most important ones first.
-        away: distance from the panel [pt].
+    Parameters
+    ----------
+    axes
+        Axes of the panel; limits and size may change until it is drawn.
+    labels
+        Labels, the most important ones first.
+    away
+        Distance from the panel [pt].
     """
     if labels:
         _LabelsAtRight(axes, labels, away)
@@ -96,10 +100,14 @@ class _LabelsAtRight(Artist):
 def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> list[float]:
     """Return increasing centres, moved as little as possible until the intervals do not overlap.
 
-    Args:
-        wanted: desired centres, increasing.
-        heights: heights of the intervals, together at most ``top``.
-        top: upper limit of the intervals; the lower limit is 0.
+    Parameters
+    ----------
+    wanted
+        Desired centres, increasing.
+    heights
+        Heights of the intervals, together at most ``top``.
+    top
+        Upper limit of the intervals; the lower limit is 0.
     """
     # Overlapping neighbours form a block, which is centred on its members' desired centres and may
     # then overlap the next block ("pool adjacent violators", as in isotonic regression).

@@ -249,9 +249,12 @@ def _mark_best(sweep: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarr
 def _legend(sweep: Sweep, dots: bool = False) -> list[Line2D]:
     """Return legend entries for the outcomes that occur, with their counts.
 
-    Args:
-        sweep: the sweep.
-        dots: whether runs that balance have dots, as on maps.
+    Parameters
+    ----------
+    sweep
+        The sweep.
+    dots
+        Whether runs that balance have dots, as on maps.
     """
     handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
     for outcome, count in sweep.outcomes.items():
@@ -357,12 +360,18 @@ def _tuning_panel(
 ) -> None:
     """Draw the objective of all candidates over one key.
 
-    Args:
-        tuning: the tuning.
-        axes: axes of the panel.
-        place: index of the key.
-        values: objective of each candidate, NaN without a value.
-        ends: objective at the end of the run for unsettled candidates, see ``_left_out``.
+    Parameters
+    ----------
+    tuning
+        The tuning.
+    axes
+        Axes of the panel.
+    place
+        Index of the key.
+    values
+        Objective of each candidate, NaN without a value.
+    ends
+        Objective at the end of the run for unsettled candidates, see ``_left_out``.
     """
     range_, aim = tuning.task.ranges[place], tuning.task.aim.metric
     wide, tall = tuning.runs.factor(range_.key), tuning.runs.factor(aim)

@@ -63,9 +63,12 @@ See ``smoothed``.
 def drawn_map(stability_map: StabilityMap, other: StabilityMap | None = None) -> ResultFigure:
     """Return the figure of a map's labels, which name the stable states, over the plane.
 
-    Args:
-        stability_map: map to draw.
-        other: another map on the same axes, drawn to the right.
+    Parameters
+    ----------
+    stability_map
+        Map to draw.
+    other
+        Another map on the same axes, drawn to the right.
     """
     maps = [stability_map] if other is None else [stability_map, other]
     figure = ResultFigure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
@@ -97,11 +100,16 @@ def drawn_map(stability_map: StabilityMap, other: StabilityMap | None = None) ->
 def _draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
     """Draw the labels of a plane as coloured areas, with a title for each axis.
 
-    Args:
-        axes: axes to draw on.
-        plane: plane of the map.
-        labels: label of each point, shape (values up, values across).
-        colours: colour of each label.
+    Parameters
+    ----------
+    axes
+        Axes to draw on.
+    plane
+        Plane of the map.
+    labels
+        Label of each point, shape (values up, values across).
+    colours
+        Colour of each label.
     """
     order = sorted(colours)
     places = np.searchsorted(order, labels)
@@ -120,11 +128,16 @@ def _draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int
 def _draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
     """Hatch the areas in which all balls can circulate in a bunch, or in which that is unknown.
 
-    Args:
-        axes: axes to draw on.
-        stability_map: map with the areas.
+    Parameters
+    ----------
+    axes
+        Axes to draw on.
+    stability_map
+        Map with the areas.
 
-    Returns:
+    Returns
+    -------
+    list[Patch]
         Entries for the legend.
     """
     across, up = stability_map.plane.across.values, stability_map.plane.up.values
@@ -146,8 +159,10 @@ def _draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
 def drawn_family(family: Family) -> ResultFigure:
     """Return the figure of the border of stable balance for each value of a third key.
 
-    Args:
-        family: maps on the same axes, one for each value.
+    Parameters
+    ----------
+    family
+        Maps on the same axes, one for each value.
     """
     plane = family.maps[0].plane
     figure = ResultFigure(figsize=(9, 6.4), layout="constrained")
@@ -181,8 +196,10 @@ def smoothed(inside: np.ndarray) -> np.ndarray:
     The contour of the mask itself would have steps. The values are above 0.5 at exactly the points
     inside, so that no point changes sides.
 
-    Args:
-        inside: mask of points, shape (values up, values across).
+    Parameters
+    ----------
+    inside
+        Mask of points, shape (values up, values across).
     """
     blurred = gaussian_filter(inside.astype(float), _BLUR, mode="nearest")
     return np.where(inside, np.maximum(blurred, 0.5 + NEAR), np.minimum(blurred, 0.5 - NEAR))
@@ -216,8 +233,10 @@ _END_COLOURS = {
 def drawn_basin(basin: Basin) -> ResultFigure:
     """Return the figure of final states and residual unbalance of runs.
 
-    Args:
-        basin: final states of the runs.
+    Parameters
+    ----------
+    basin
+        Final states of the runs.
     """
     figure = ResultFigure(figsize=(13, 6.6), layout="constrained")
     figure.suptitle(

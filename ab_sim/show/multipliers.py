@@ -23,8 +23,10 @@ _SHADE: dict[str, Any] = {"color": "tab:green", "alpha": 0.13, "lw": 0}
 def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
     """Return the figure of multipliers in the complex plane, with the unit circle.
 
-    Args:
-        solutions: one or more periodic solutions of one scene at one speed.
+    Parameters
+    ----------
+    solutions
+        One or more periodic solutions of one scene at one speed.
     """
     figure = ResultFigure(figsize=(11.0, 6.8), layout="constrained")
     first = solutions[0]
@@ -101,11 +103,15 @@ def drawn_modulus(followed: Followed) -> ResultFigure:
 
     If the deck moves, the whirl is drawn, too.
 
-    Args:
-        followed: solutions over the parameter.
+    Parameters
+    ----------
+    followed
+        Solutions over the parameter.
 
-    Raises:
-        InputError: no solution was found at any value.
+    Raises
+    ------
+    InputError
+        No solution was found at any value.
     """
     if all(point.solution is None for point in followed.points):
         raise InputError(f"{followed.key}: no periodic solution was found; there is none to draw")

@@ -58,14 +58,21 @@ def report_page(
 ) -> None:
     """Write a report on runs, side by side, as a web page.
 
-    Args:
-        grid: panels to show.
-        rows: rows of the table above the panels.
-        notes: notes on each run.
-        path: file to write, with the ending .html.
+    Parameters
+    ----------
+    grid
+        Panels to show.
+    rows
+        Rows of the table above the panels.
+    notes
+        Notes on each run.
+    path
+        File to write, with the ending .html.
 
-    Raises:
-        OSError: the file cannot be written.
+    Raises
+    ------
+    OSError
+        The file cannot be written.
     """
     title = "Report: " + ", ".join(grid.names)
     heads = "".join(f"<th>{escaped(name)}</th>" for name in ("", *grid.names))
@@ -97,13 +104,19 @@ def report_page(
 def write_page(path: Path, title: str, body: str) -> None:
     """Write a page that includes everything its figures need.
 
-    Args:
-        path: file to write, with the ending .html.
-        title: title, not yet escaped.
-        body: HTML below the title.
+    Parameters
+    ----------
+    path
+        File to write, with the ending .html.
+    title
+        Title, not yet escaped.
+    body
+        HTML below the title.
 
-    Raises:
-        OSError: the file cannot be written.
+    Raises
+    ------
+    OSError
+        The file cannot be written.
     """
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'

@@ -268,10 +268,14 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
 def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:
     """Return a map with at most ``COLUMNS`` columns; each is the largest of its neighbours.
 
-    Args:
-        x: centres of the columns.
-        y: centres of the rows.
-        values: values, shape (rows, columns).
+    Parameters
+    ----------
+    x
+        Centres of the columns.
+    y
+        Centres of the rows.
+    values
+        Values, shape (rows, columns).
     """
     many = -(-len(x) // COLUMNS)
     starts = np.arange(0, len(x), many)
@@ -294,9 +298,12 @@ class Grid:
 def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
     """Lay out panels.
 
-    Args:
-        names: names of the runs.
-        runs: panels of each run.
+    Parameters
+    ----------
+    names
+        Names of the runs.
+    runs
+        Panels of each run.
     """
     keys = [key for key in _KEYS if any(p.key == key for panels in runs for p in panels)]
     by_key = [{panel.key: panel for panel in panels} for panels in runs]
@@ -318,10 +325,14 @@ def _with_limits(
 ) -> tuple[Panel | None, ...]:
     """Return a row of panels with shared limits, or separate ones if a panel would be too flat.
 
-    Args:
-        row: panels of a kind, None for a run without it.
-        drawn: panels of the row that are not empty.
-        shared: limits that fit all of them.
+    Parameters
+    ----------
+    row
+        Panels of a kind, None for a run without it.
+    drawn
+        Panels of the row that are not empty.
+    shared
+        Limits that fit all of them.
     """
     flat = _flattens(drawn, shared)
 

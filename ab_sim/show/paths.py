@@ -17,8 +17,10 @@ _MOST_NAMED = 10
 def drawn_trajectory(path: Trajectory) -> ResultFigure:
     """Return a figure of speed, whirl and ball angles over time, without knowledge of the scene.
 
-    Args:
-        path: consecutive samples from any part of a run.
+    Parameters
+    ----------
+    path
+        Consecutive samples from any part of a run.
     """
     channels = {*path.channels}
     panels = {
@@ -48,11 +50,15 @@ def drawn_trajectory(path: Trajectory) -> ResultFigure:
 def drawn_batch(batch: Batch) -> ResultFigure:
     """Return a figure of the whirl of every run over time, coloured in order.
 
-    Args:
-        batch: batch of at least one run.
+    Parameters
+    ----------
+    batch
+        Batch of at least one run.
 
-    Raises:
-        InputError: the batch has metrics only.
+    Raises
+    ------
+    InputError
+        The batch has metrics only.
     """
     if not batch.runs:
         raise InputError(

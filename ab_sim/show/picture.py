@@ -23,8 +23,10 @@ _BAR = (1.02, 0.0, 0.03, 1.0)
 def drawn_report(grid: Grid) -> ResultFigure:
     """Return the figure of runs side by side: a column for each run, a row for each kind of panel.
 
-    Args:
-        grid: panels to show.
+    Parameters
+    ----------
+    grid
+        Panels to show.
     """
     heights = [max(p.height for p in row if p) for row in grid.rows]
     columns = len(grid.names)
@@ -99,9 +101,12 @@ def drawn_comparison(
 ) -> ResultFigure:
     """Return the figure of recorded and simulated channels, each with the difference.
 
-    Args:
-        comparison: comparison to draw.
-        recording: name of the recording, for the title.
+    Parameters
+    ----------
+    comparison
+        Comparison to draw.
+    recording
+        Name of the recording, for the title.
     """
     deviations = sorted(comparison.deviations, key=_place)[:MOST]
     left_out = _left_out(comparison, deviations)

@@ -28,8 +28,10 @@ def drawn_states(equilibria: Equilibria) -> ResultFigure:
 
     Each resting state has a colour, and its ball angles are on a separate circle.
 
-    Args:
-        equilibria: resting states of one scene at one speed.
+    Parameters
+    ----------
+    equilibria
+        Resting states of one scene at one speed.
     """
     figure = ResultFigure(figsize=(11, 5.6), layout="constrained")
     figure.suptitle(
@@ -86,10 +88,14 @@ _MOST_LABELLED = 12
 def drawn_branches(scene: Scene, equilibria: Equilibria, over_speed: OverSpeed) -> ResultFigure:
     """Return the branch diagram: W and ball angles of all branches over the spindle's speed.
 
-    Args:
-        scene: scene of the branches.
-        equilibria: resting states at one speed, which is marked.
-        over_speed: branches of resting states over the speed.
+    Parameters
+    ----------
+    scene
+        Scene of the branches.
+    equilibria
+        Resting states at one speed, which is marked.
+    over_speed
+        Branches of resting states over the speed.
     """
     figure = ResultFigure(figsize=(10, 7.5), layout="constrained")
     figure.suptitle(f"Resting states of the balls of {scene.name}", fontsize=14)
@@ -146,12 +152,18 @@ def _draw_branch(
 ) -> None:
     """Draw a value of a branch over the speed, with the line styles of its stability.
 
-    Args:
-        axes: axes to draw on.
-        interval: part of a branch.
-        colour: colour of the curve.
-        value: function of a state that returns the drawn number.
-        breaks: whether to interrupt the curve at jumps of more than 180.
+    Parameters
+    ----------
+    axes
+        Axes to draw on.
+    interval
+        Part of a branch.
+    colour
+        Colour of the curve.
+    value
+        Function of a state that returns the drawn number.
+    breaks
+        Whether to interrupt the curve at jumps of more than 180.
     """
     values = np.array([value(state) for state in interval.states])
     if breaks:
@@ -209,8 +221,10 @@ RPM = 30.0 / math.pi
 def drawn_campbell(vibration: NaturalVibration) -> ResultFigure:
     """Return the Campbell diagram: frequencies and damping ratios over speed.
 
-    Args:
-        vibration: natural vibration of a scene over the speed.
+    Parameters
+    ----------
+    vibration
+        Natural vibration of a scene over the speed.
     """
     figure = ResultFigure(figsize=(9, 6.5), layout="constrained")
     figure.suptitle(f"Natural frequencies of {vibration.scene}", fontsize=14)
@@ -281,8 +295,10 @@ _RECOVERY_COLOURS = ("tab:blue", "tab:orange")
 def drawn_recovery(recoveries: RecoveryOverDrag) -> ResultFigure:
     """Return the figure of settling time, amplitude and composite index over drag.
 
-    Args:
-        recoveries: recoveries of a scene over the drag.
+    Parameters
+    ----------
+    recoveries
+        Recoveries of a scene over the drag.
     """
     figure = ResultFigure(figsize=(9, 7), layout="constrained")
     figure.suptitle(

@@ -55,8 +55,11 @@ DRAWN: dict[str, Callable[..., ResultFigure]] = {
 def figure_of(picture: str, *results: object) -> ResultFigure:
     """Return the figure of results.
 
-    Args:
-        picture: key in ``DRAWN``.
-        results: arguments of the function that draws.
+    Parameters
+    ----------
+    picture
+        Key in ``DRAWN``.
+    results
+        Arguments of the function that draws.
     """
     return with_plain_texts(DRAWN[picture](*results))

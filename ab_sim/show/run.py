@@ -57,15 +57,23 @@ def drawn_run(
     and tilt, a motor its torque. Balls add the driving force on them and their angles from the
     unbalance, or their speeds if they circulate.
 
-    Args:
-        trajectory: consecutive samples, from the start to the end.
-        scene: scene of the run.
-        comparison: the same run without its variable-speed period, and without its balls.
-        period_start: start of the variable-speed period [s], if there is one.
-        title: title of the picture; default: the profile's kind and the scene's name.
-        adaptive: outcome of an adaptive start-up's controller: dwells are marked, and the estimated
-            net unbalance is drawn with the true one.
-        aborted: time and reason of an abort, shown in place of the final whirl.
+    Parameters
+    ----------
+    trajectory
+        Consecutive samples, from the start to the end.
+    scene
+        Scene of the run.
+    comparison
+        The same run without its variable-speed period, and without its balls.
+    period_start
+        Start of the variable-speed period [s], if there is one.
+    title
+        Title of the picture; default: the profile's kind and the scene's name.
+    adaptive
+        Outcome of an adaptive start-up's controller: dwells are marked, and the estimated net
+        unbalance is drawn with the true one.
+    aborted
+        Time and reason of an abort, shown in place of the final whirl.
     """
     metrics = metrics_of(trajectory, scene)
     trajectory = from_rest(trajectory, scene)
@@ -288,11 +296,16 @@ _MOST_LABELS = 8
 def _draw_balls(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
     """Draw ball angles, or speeds if balls circulate, because many turns of angle are illegible.
 
-    Args:
-        axes: axes to draw on.
-        path: consecutive samples, from the start to the end.
-        scene: scene of the run.
-        metrics: metrics of the run.
+    Parameters
+    ----------
+    axes
+        Axes to draw on.
+    path
+        Consecutive samples, from the start to the end.
+    scene
+        Scene of the run.
+    metrics
+        Metrics of the run.
     """
     if metrics.circulating is None:
         _draw_angles(axes, path, metrics)

@@ -46,13 +46,19 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
 
     The picture is drawn before it is written, so that an interrupt leaves no partial file.
 
-    Args:
-        figure: figure to write.
-        path: file to write; its ending sets the format.
-        dpi: resolution [dots per inch].
+    Parameters
+    ----------
+    figure
+        Figure to write.
+    path
+        File to write; its ending sets the format.
+    dpi
+        Resolution [dots per inch].
 
-    Raises:
-        InputError: the file cannot be written; the message states the reason.
+    Raises
+    ------
+    InputError
+        The file cannot be written; the message states the reason.
     """
     with_plain_texts(figure)
     drawn = BytesIO()

@@ -40,12 +40,18 @@ def distinct_colours(
 ) -> list[str]:
     """Return ``count`` distinct colours, the given ``first`` ones first; see ``palette.distinct``.
 
-    Args:
-        count: number of colours.
-        first: colours to start with, in matplotlib's notation.
-        avoid: colours from which further ones must differ.
-        lightness: range of lightness of further colours, 0 to 1.
-        hues: range of hues of further colours [deg].
+    Parameters
+    ----------
+    count
+        Number of colours.
+    first
+        Colours to start with, in matplotlib's notation.
+    avoid
+        Colours from which further ones must differ.
+    lightness
+        Range of lightness of further colours, 0 to 1.
+    hues
+        Range of hues of further colours [deg].
     """
     colours = distinct(
         count, [_of(one) for one in first], avoid=[_of(one) for one in avoid],

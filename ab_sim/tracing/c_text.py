@@ -96,13 +96,19 @@ def c_statements(
 ) -> list[str]:
     """Return the lines of a C function body that computes expressions.
 
-    Args:
-        stores: lowered roots and their destinations, which must not overlap any input.
-        inputs: C text of each input by its name, ending in ``[i]`` for a quantity per ball.
-        known_texts: C text of values that are already available, by the number of their node.
+    Parameters
+    ----------
+    stores
+        Lowered roots and their destinations, which must not overlap any input.
+    inputs
+        C text of each input by its name, ending in ``[i]`` for a quantity per ball.
+    known_texts
+        C text of values that are already available, by the number of their node.
 
-    Raises:
-        ValueError: an operation exists in machine code only: lanes, or rows of touching balls.
+    Raises
+    ------
+    ValueError
+        An operation exists in machine code only: lanes, or rows of touching balls.
     """
     return _Statements(stores, inputs, known_texts or {}).lines()
 

@@ -30,18 +30,25 @@ def derivatives(
 ) -> list[Expression]:
     """Return the derivatives of roots along a direction.
 
-    Args:
-        roots: expressions of one graph.
-        along: rate of change of each input, an expression of the same graph; inputs that are
-            missing stay constant.
+    Parameters
+    ----------
+    roots
+        Expressions of one graph.
+    along
+        Rate of change of each input, an expression of the same graph; inputs that are missing stay
+        constant.
 
-    Returns:
+    Returns
+    -------
+    list[Expression]
         Rates of change of the roots, in the order of the roots. The rate of ``abs`` at 0 is that of
         its argument. The rate of ``where`` is that of the branch taken, also at the switch, where
         the function has no derivative.
 
-    Raises:
-        ValueError: a key of ``along`` is not an input.
+    Raises
+    ------
+    ValueError
+        A key of ``along`` is not an input.
     """
     roots = list(roots)
     for x in along:
@@ -85,8 +92,10 @@ class NotAnalyticError(ValueError):
 class PowerSeries:
     """Taylor coefficients, in powers of the time since an instant, of expressions of one graph.
 
-    Args:
-        rates: rate of change of each input that moves. Other inputs stay constant.
+    Parameters
+    ----------
+    rates
+        Rate of change of each input that moves. Other inputs stay constant.
     """
 
     def __init__(self, rates: Mapping[Expression, Expression]) -> None:
@@ -107,8 +116,10 @@ class PowerSeries:
     def coefficient(self, x: Expression, k: int) -> Expression:
         """Return a node's coefficient of the k-th power of time.
 
-        Raises:
-            NotAnalyticError: the node, or one on which it depends, has no Taylor series.
+        Raises
+        ------
+        NotAnalyticError
+            The node, or one on which it depends, has no Taylor series.
         """
         if x.level <= Level.PARAMETER:
             return x if k == 0 else x.graph.constant(0.0)

@@ -41,13 +41,19 @@ class Graph:
     def input(self, name: str, level: Level = Level.STATE, per_ball: bool = False) -> "Expression":
         """Return the node of an input.
 
-        Args:
-            name: name of the input, unique in the graph.
-            level: stage at which its value becomes known.
-            per_ball: True if it stands for one number per ball.
+        Parameters
+        ----------
+        name
+            Name of the input, unique in the graph.
+        level
+            Stage at which its value becomes known.
+        per_ball
+            True if it stands for one number per ball.
 
-        Raises:
-            ValueError: an input of that name exists with another level or shape.
+        Raises
+        ------
+        ValueError
+            An input of that name exists with another level or shape.
         """
         node = self._node("input", (), level, per_ball, name, name)
         if (node.level, node.each) != (level, per_ball):
@@ -57,8 +63,10 @@ class Graph:
     def node(self, op: str, *args: "Expression") -> "Expression":
         """Return the node of an operation on nodes of this graph.
 
-        Raises:
-            ValueError: an argument belongs to another graph.
+        Raises
+        ------
+        ValueError
+            An argument belongs to another graph.
         """
         per_ball, level = op == "rows", Level.TIME if op == "rows" else Level.CONSTANT
         for arg in args:
@@ -325,9 +333,12 @@ def reachable_nodes(
 ) -> list[Expression]:
     """Return the roots and all nodes on which they depend, arguments first.
 
-    Args:
-        roots: nodes of one graph.
-        known_numbers: numbers of nodes whose arguments are not followed.
+    Parameters
+    ----------
+    roots
+        Nodes of one graph.
+    known_numbers
+        Numbers of nodes whose arguments are not followed.
     """
     seen: dict[int, Expression] = {}
     ahead = list(roots)

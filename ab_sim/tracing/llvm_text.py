@@ -44,12 +44,18 @@ class MemorySlot(NamedTuple):
 class Function:
     """Function of pointers to doubles and of doubles, built line by line.
 
-    Args:
-        name: name of the function.
-        pointers: names of its first arguments.
-        shape: shape of the numbers with which it computes.
-        numbers: names of further arguments, doubles.
-        uniform: pointers to numbers that are one double each, the same for all lanes.
+    Parameters
+    ----------
+    name
+        Name of the function.
+    pointers
+        Names of its first arguments.
+    shape
+        Shape of the numbers with which it computes.
+    numbers
+        Names of further arguments, doubles.
+    uniform
+        Pointers to numbers that are one double each, the same for all lanes.
     """
 
     def __init__(
@@ -153,11 +159,16 @@ class Function:
 class Body:
     """Emitter of expressions into a function.
 
-    Args:
-        into: function to which lines are appended.
-        places: positions of inputs in memory, by name.
-        known_slots: positions of nodes that are already in memory, by the nodes' numbers.
-        bound: names of values of inputs that are already loaded, by input, one per vector.
+    Parameters
+    ----------
+    into
+        Function to which lines are appended.
+    places
+        Positions of inputs in memory, by name.
+    known_slots
+        Positions of nodes that are already in memory, by the nodes' numbers.
+    bound
+        Names of values of inputs that are already loaded, by input, one per vector.
     """
 
     def __init__(
@@ -367,9 +378,12 @@ def border(roots: Sequence[Expression], level: int) -> list[Expression]:
     Constants and inputs are left out, as they are available anyway. The result of a comparison
     cannot be stored as a number; the nodes that it compares are returned instead.
 
-    Args:
-        roots: expressions of one graph.
-        level: last ``Level`` at which the returned nodes are known.
+    Parameters
+    ----------
+    roots
+        Expressions of one graph.
+    level
+        Last ``Level`` at which the returned nodes are known.
     """
     by_number: dict[int, Expression] = {}
     ahead = [root for root in roots if root.level <= level]
@@ -396,10 +410,14 @@ def store_lines(into: Function, columns: Sequence[str], pointers: Sequence[str])
     registers. Lanes are stored from the last to the first, so that of several lanes with one
     pointer the first one's numbers remain.
 
-    Args:
-        into: function to which lines are appended.
-        columns: names of values in lanes.
-        pointers: LLVM's names of the pointers to the rows, one for each lane.
+    Parameters
+    ----------
+    into
+        Function to which lines are appended.
+    columns
+        Names of values in lanes.
+    pointers
+        LLVM's names of the pointers to the rows, one for each lane.
     """
     lanes = len(pointers)
     width = min(WIDTH, lanes)

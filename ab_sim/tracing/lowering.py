@@ -97,11 +97,16 @@ def name_of(name: str, ball: int) -> str:
 def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
     """Return each root as a list of expressions, one per ball, or one if the balls share it.
 
-    Args:
-        roots: expressions of one graph.
-        balls: number of balls, at least 1.
+    Parameters
+    ----------
+    roots
+        Expressions of one graph.
+    balls
+        Number of balls, at least 1.
 
-    Returns:
+    Returns
+    -------
+    list[list[Expression]]
         A list for each root: ``balls`` expressions for a quantity per ball, whose inputs are named
         by ``name_of``; else one expression.
     """

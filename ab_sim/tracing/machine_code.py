@@ -45,15 +45,22 @@ NOTHING: Mapping[str, int] = {}
 class MachineCode:
     """Functions of one module as machine code, which lives as long as this object.
 
-    Args:
-        text: LLVM IR.
-        features: processor features in LLVM's notation (``"+fma,+avx2"``); None for those of this
-            processor, within the limit of the environment variable.
-        optimization: optimizations to apply.
-        elsewhere: addresses of functions that the text only declares, by their names.
+    Parameters
+    ----------
+    text
+        LLVM IR.
+    features
+        Processor features in LLVM's notation (``"+fma,+avx2"``); None for those of this processor,
+        within the limit of the environment variable.
+    optimization
+        Optimizations to apply.
+    elsewhere
+        Addresses of functions that the text only declares, by their names.
 
-    Raises:
-        RuntimeError: the text is not valid LLVM IR; the message is LLVM's.
+    Raises
+    ------
+    RuntimeError
+        The text is not valid LLVM IR; the message is LLVM's.
     """
 
     def __init__(
@@ -74,8 +81,10 @@ class MachineCode:
     def address(self, name: str) -> int:
         """Return the address of a function.
 
-        Raises:
-            KeyError: there is no function of that name.
+        Raises
+        ------
+        KeyError
+            There is no function of that name.
         """
         value: int = self._engine.get_function_address(name)
         if not value:

@@ -18,11 +18,14 @@ def latex(
 ) -> str:
     """Return an expression as a LaTeX formula.
 
-    Args:
-        x: expression that is not lowered, so that it is printed as written.
-        symbol: function that returns the LaTeX of an input's name; quantities per ball get an
-            index i.
-        named: LaTeX symbols to print instead of nodes, by the nodes' numbers.
+    Parameters
+    ----------
+    x
+        Expression that is not lowered, so that it is printed as written.
+    symbol
+        Function that returns the LaTeX of an input's name; quantities per ball get an index i.
+    named
+        LaTeX symbols to print instead of nodes, by the nodes' numbers.
     """
     return Printer(Latex(), symbol, named).text(x)
 
@@ -32,10 +35,13 @@ def latex_symbol(text: str, known_symbols: Mapping[str, str] | None = None) -> s
 
     Primes are derivatives with respect to time, and become dots.
 
-    Args:
-        text: a letter or the name of a Greek letter, with an index and primes; or a word.
-        known_symbols: LaTeX of symbols that differ from these rules; a key without index and primes
-            applies to the base of a symbol.
+    Parameters
+    ----------
+    text
+        A letter or the name of a Greek letter, with an index and primes; or a word.
+    known_symbols
+        LaTeX of symbols that differ from these rules; a key without index and primes applies to the
+        base of a symbol.
     """
     known_symbols = known_symbols or {}
     if text in known_symbols:
@@ -155,11 +161,14 @@ def plain_text(
 ) -> str:
     """Return an expression as text: factors stand side by side, powers have a ``^``.
 
-    Args:
-        x: expression that is not lowered, so that it is printed as written.
-        symbol: function that returns the text of an input's name; quantities per ball get an
-            index i.
-        named: symbols to print instead of nodes, by the nodes' numbers.
+    Parameters
+    ----------
+    x
+        Expression that is not lowered, so that it is printed as written.
+    symbol
+        Function that returns the text of an input's name; quantities per ball get an index i.
+    named
+        Symbols to print instead of nodes, by the nodes' numbers.
     """
     return Printer(PlainText(), symbol, named).text(x)
 

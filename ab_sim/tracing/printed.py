@@ -98,10 +98,14 @@ class Notation(ABC):
 class Printer:
     """Printer of expressions that are not lowered, so that they appear as written.
 
-    Args:
-        notation: rules that turn single operations into text.
-        symbol: function that returns the symbol of an input's name.
-        named: symbols to print instead of nodes, by the nodes' numbers.
+    Parameters
+    ----------
+    notation
+        Rules that turn single operations into text.
+    symbol
+        Function that returns the symbol of an input's name.
+    named
+        Symbols to print instead of nodes, by the nodes' numbers.
     """
 
     def __init__(
@@ -289,11 +293,16 @@ class Named(NamedTuple):
 def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, list[Named]]:
     """Return a formula's result, and the named quantities in it and in the formulas that it calls.
 
-    Args:
-        formula: plain Python on numbers.
-        *arguments: expressions, or nested tuples of them.
+    Parameters
+    ----------
+    formula
+        Plain Python on numbers.
+    *arguments
+        Expressions, or nested tuples of them.
 
-    Returns:
+    Returns
+    -------
+    tuple[T, list[Named]]
         The result, and each node that was the value of a local variable when a function returned,
         or of a field of a named tuple that was constructed, in the order of the nodes' creation.
         Inputs and constants are left out; of several nodes with one name, the first is returned.

@@ -45,8 +45,10 @@ class EqualBall(NamedTuple):
 class Case:
     """One run of a drive, with its reference.
 
-    Args:
-        changes: changes of the drive.
+    Parameters
+    ----------
+    changes
+        Changes of the drive.
     """
 
     def __init__(self, changes: Sequence[str] = ()) -> None:

@@ -70,8 +70,10 @@ class Build(NamedTuple):
 def compiler() -> str:
     """Return the name and version of the compiler.
 
-    Raises:
-        AbsentError: there is no compiler.
+    Raises
+    ------
+    AbsentError
+        There is no compiler.
     """
     found = shutil.which("c++")
     if found is None:
@@ -92,8 +94,10 @@ def versions() -> dict[str, str]:
 def library(build: Build) -> ctypes.CDLL:
     """Compile the shared library.
 
-    Raises:
-        AbsentError: there is no compiler, or it fails.
+    Raises
+    ------
+    AbsentError
+        There is no compiler, or it fails.
     """
     compiler()
     with tempfile.TemporaryDirectory(prefix="expert-") as folder:
@@ -149,11 +153,16 @@ def constants(scene: Scene) -> list[float]:
 class Function:
     """Compiled method on runs that differ in their constants.
 
-    Args:
-        build: settings of the compilation.
-        name: name of the function.
-        runs: runs, as many as there are lanes.
-        dial: last argument of the function.
+    Parameters
+    ----------
+    build
+        Settings of the compilation.
+    name
+        Name of the function.
+    runs
+        Runs, as many as there are lanes.
+    dial
+        Last argument of the function.
     """
 
     def __init__(self, build: Build, name: str, runs: list[RightHandSide], dial: Any) -> None:

@@ -11,9 +11,12 @@ HIDDEN = ", compiled loop"
 def peers_part(report: dict[str, Any], limited: dict[str, Any]) -> dict[str, Any]:
     """Return the comparison with other programs.
 
-    Args:
-        report: peers.json.
-        limited: peers-avx2.json, the same with all code limited to AVX2.
+    Parameters
+    ----------
+    report
+        peers.json.
+    limited
+        Peers-avx2.json, the same with all code limited to AVX2.
     """
     errors = [f"{result['error']:g}" for result in report["at"]]
     cases = []
@@ -49,10 +52,14 @@ def _rows(
 ) -> list[list[str]]:
     """Return one row per method: medians at each error, then those with AVX2.
 
-    Args:
-        results: one entry per error.
-        limited: the same with AVX2.
-        rate: simulated seconds per CPU second in place of microseconds per simulated second.
+    Parameters
+    ----------
+    results
+        One entry per error.
+    limited
+        The same with AVX2.
+    rate
+        Simulated seconds per CPU second in place of microseconds per simulated second.
     """
     columns = [
         {row["method"]: row["cpu"]["median"] for row in result["rows"]}

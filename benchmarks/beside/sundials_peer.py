@@ -54,8 +54,10 @@ POINTER = ctypes.POINTER(ctypes.c_double)
 def library(balls: int) -> ctypes.CDLL:
     """Compile the shared library for a number of balls.
 
-    Raises:
-        AbsentError: the compiler or SUNDIALS is missing, or it is another release.
+    Raises
+    ------
+    AbsentError
+        The compiler or SUNDIALS is missing, or it is another release.
     """
     gcc = shutil.which("gcc")
     if gcc is None:

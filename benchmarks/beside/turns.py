@@ -53,11 +53,15 @@ def timed(run: Callable[[], Any]) -> tuple[float, Any]:
 class Candidate:
     """Setting with its error and times.
 
-    Args:
-        make: function that creates the setting.
+    Parameters
+    ----------
+    make
+        Function that creates the setting.
 
-    Raises:
-        AbSimError: the setting is refused, or its run fails.
+    Raises
+    ------
+    AbSimError
+        The setting is refused, or its run fails.
     """
 
     def __init__(self, make: Callable[[], Setting]) -> None:

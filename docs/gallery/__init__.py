@@ -28,13 +28,19 @@ Tell = Callable[[str, int, int], None]
 def regenerate(name: str, folder: Path, tell: Tell) -> Paper:
     """A paper's report; its pictures are written into the folder.
 
-    Args:
-        name: one of ``PAPERS``.
-        folder: made with the first picture, if it is not there.
-        tell: called with what is done now, how much is done, and of how much.
+    Parameters
+    ----------
+    name
+        One of ``PAPERS``.
+    folder
+        Made with the first picture, if it is not there.
+    tell
+        Called with what is done now, how much is done, and of how much.
 
-    Raises:
-        InputError: there is no such paper; names the known ones and the nearest.
+    Raises
+    ------
+    InputError
+        There is no such paper; names the known ones and the nearest.
     """
     check_known(name)
     module = importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
@@ -45,8 +51,10 @@ def regenerate(name: str, folder: Path, tell: Tell) -> Paper:
 def check_known(name: str) -> None:
     """Refuse a name that is none of ``PAPERS``.
 
-    Raises:
-        InputError: names the known ones and the nearest.
+    Raises
+    ------
+    InputError
+        Names the known ones and the nearest.
     """
     if name not in PAPERS:
         raise InputError(

@@ -38,10 +38,14 @@ class Bench:
     Messages of the last period are in ``joints``, ``vibrations`` and ``whirls``, oldest first. A
     period is over when the newest message of each has arrived, except those of ``silent``.
 
-    Args:
-        scene: name or file of the drive.
-        log: file for the drive's output.
-        parameters: further parameters of ``drive_sim``.
+    Parameters
+    ----------
+    scene
+        Name or file of the drive.
+    log
+        File for the drive's output.
+    parameters
+        Further parameters of ``drive_sim``.
     """
 
     def __init__(self, scene: str, log: Path, **parameters: object) -> None:

@@ -50,9 +50,12 @@ class Settings:
 class StartUp:
     """One start-up, in the states waiting, run up, hold, to final, at speed, run down, off.
 
-    Args:
-        settings: settings for the drive.
-        say: function that is called with each decision, as a line of text.
+    Parameters
+    ----------
+    settings
+        Settings for the drive.
+    say
+        Function that is called with each decision, as a line of text.
     """
 
     def __init__(self, settings: Settings, say: Callable[[str], None] = print) -> None:
@@ -106,8 +109,10 @@ class StartUp:
     def tick(self, passed: float) -> float:
         """Return the speed to command now [rad/s]; call this method at a fixed rate.
 
-        Args:
-            passed: time since the last call [s].
+        Parameters
+        ----------
+        passed
+            Time since the last call [s].
         """
         settings = self.settings
         self._in_state += passed
@@ -150,9 +155,12 @@ class StartUp:
     def _reached(self, goal: float, passed: float) -> bool:
         """Move the command one step towards a speed; return whether the spindle has reached it.
 
-        Args:
-            goal: speed to reach [rad/s].
-            passed: time since the last call [s].
+        Parameters
+        ----------
+        goal
+            Speed to reach [rad/s].
+        passed
+            Time since the last call [s].
         """
         change = self.settings.ramp * passed
         self.command += min(max(goal - self.command, -change), change)

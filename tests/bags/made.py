@@ -38,10 +38,14 @@ def block_of(channels: Iterable[str], samples: NDArray[Any]) -> bytes:
 def bag_of(path: Path, messages: Iterable[tuple[str, int, bytes]], **types: str) -> Path:
     """Write a bag of messages and return its path.
 
-    Args:
-        path: folder of the bag.
-        messages: topic, time [ns] and CDR bytes of each message.
-        types: message type by topic, with _ for /; default: that of the topic's contract.
+    Parameters
+    ----------
+    path
+        Folder of the bag.
+    messages
+        Topic, time [ns] and CDR bytes of each message.
+    types
+        Message type by topic, with _ for /; default: that of the topic's contract.
     """
     with BagWriter(path) as bag:
         known = set()

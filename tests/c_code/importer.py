@@ -17,10 +17,14 @@ NUMBER, REFERENCE = ctypes.c_double, ctypes.c_uint32
 class Importer:
     """Instance of an FMU.
 
-    Args:
-        content: content of the FMU's file.
-        folder: folder for the unpacked binary.
-        token: instantiation token; default: that of the FMU.
+    Parameters
+    ----------
+    content
+        Content of the FMU's file.
+    folder
+        Folder for the unpacked binary.
+    token
+        Instantiation token; default: that of the FMU.
     """
 
     def __init__(self, content: bytes, folder: Path, token: str | None = None) -> None:

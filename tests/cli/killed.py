@@ -12,9 +12,12 @@ from tests.waiting import PATIENCE, until
 class KeptWork:
     """Repeated command with a separate cache folder.
 
-    Args:
-        folder: folder for the cache and for the command's output.
-        arguments: arguments of `ab-sim`.
+    Parameters
+    ----------
+    folder
+        Folder for the cache and for the command's output.
+    arguments
+        Arguments of `ab-sim`.
     """
 
     def __init__(self, folder: Path, *arguments: str) -> None:

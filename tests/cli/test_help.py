@@ -103,7 +103,7 @@ def test_every_option_says_what_it_is_for() -> None:
         if not getattr(parameter, "help", None) and not hasattr(command, "commands")
     ]
     assert silent == []
-    assert not [name for name, command in COMMANDS.items() if "Args:" in command.help]
+    assert not [name for name, command in COMMANDS.items() if "---" in command.help]
 
 
 def test_the_work_of_every_command_is_there() -> None:

@@ -23,10 +23,14 @@ ENDS = 60.0
 class Program:
     """Python in a process of its own, whose output is read as it comes.
 
-    Args:
-        arguments: module to run, and what it is told.
-        imports: also say which module has been imported, so that a test knows where it is.
-        environment: in addition to this process'.
+    Parameters
+    ----------
+    arguments
+        Module to run, and what it is told.
+    imports
+        Also say which module has been imported, so that a test knows where it is.
+    environment
+        In addition to this process'.
     """
 
     def __init__(self, *arguments: str, imports: bool = False, **environment: str) -> None:
@@ -65,9 +69,12 @@ class Program:
     ) -> tuple[int, str]:
         """Send a signal; exit code, and what it has said but for imports.
 
-        Args:
-            number: of the signal.
-            its_children: get it as well, as when it comes from a terminal.
+        Parameters
+        ----------
+        number
+            Of the signal.
+        its_children
+            Get it as well, as when it comes from a terminal.
         """
         if its_children:
             os.killpg(self.process.pid, number)

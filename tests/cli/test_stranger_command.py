@@ -37,9 +37,12 @@ begun: list[str] = []
 class TurnsOptions(NamedTuple):
     """How far a scene's profile turns the spindle.
 
-    Args:
-        count N: Instants over the scene's duration.
-        plot: Draw them.
+    Parameters
+    ----------
+    count N
+        Instants over the scene's duration.
+    plot
+        Draw them.
     """
 
     scene: SceneName

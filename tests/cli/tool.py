@@ -22,10 +22,14 @@ class Command:
     The process is forked from one that has run a scene. Processes of ``test_interruption`` start
     from scratch.
 
-    Args:
-        arguments: arguments of `ab-sim`.
-        cwd: working directory.
-        environment: environment variables in addition to those of the test process.
+    Parameters
+    ----------
+    arguments
+        Arguments of `ab-sim`.
+    cwd
+        Working directory.
+    environment
+        Environment variables in addition to those of the test process.
     """
 
     def __init__(self, *arguments: str, cwd: Path | None = None, **environment: str) -> None:

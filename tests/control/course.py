@@ -33,10 +33,14 @@ def as_it_is(sample: Sample) -> Iterable[Sample]:
 class Course:
     """Drive of ``balanced-start-up``, with the samples that its controllers receive.
 
-    Args:
-        told: settings of the controllers.
-        change: alteration of samples.
-        changes: changes of the scene.
+    Parameters
+    ----------
+    told
+        Settings of the controllers.
+    change
+        Alteration of samples.
+    changes
+        Changes of the scene.
     """
 
     def __init__(self, told: StartUpSettings, change: Change = as_it_is, changes: Any = ()) -> None:

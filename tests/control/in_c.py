@@ -26,10 +26,14 @@ def compiled(folder: Path, real: str) -> ctypes.CDLL:
 class InC:
     """Start-up controller in C.
 
-    Args:
-        library: result of ``compiled``.
-        real: floating-point type of the library.
-        settings: settings as in Python.
+    Parameters
+    ----------
+    library
+        Result of ``compiled``.
+    real
+        Floating-point type of the library.
+    settings
+        Settings as in Python.
     """
 
     def __init__(self, library: ctypes.CDLL, real: str, settings: StartUpSettings) -> None:

@@ -31,9 +31,12 @@ def columns(run: Trajectory, *names: str) -> np.ndarray:
 def tilt_of(quaternions: np.ndarray, turning: np.ndarray) -> Coordinates:
     """Return alpha, beta, gamma and their rates, with a row for each sample.
 
-    Args:
-        quaternions: x, y, z, w, with a row for each sample.
-        turning: angular velocity on deck axes [rad/s], with a row for each sample.
+    Parameters
+    ----------
+    quaternions
+        x, y, z, w, with a row for each sample.
+    turning
+        Angular velocity on deck axes [rad/s], with a row for each sample.
     """
     gamma, alpha, beta = Rotation.from_quat(quaternions).as_euler("ZXY").T
     wx, wy, wz = turning.T

@@ -19,12 +19,18 @@ def scene_of(
 ) -> Scene:
     """Return a deck in motion with at most one race, whose spindle keeps its start speed.
 
-    Args:
-        p: parameters without friction, contact, motor and further masses.
-        places: X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
-        rates: time derivatives of ``places``.
-        effects: effects in addition to drag, spindle acceleration and gravity.
-        step: integration step [s].
+    Parameters
+    ----------
+    p
+        Parameters without friction, contact, motor and further masses.
+    places
+        X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
+    rates
+        Time derivatives of ``places``.
+    effects
+        Effects in addition to drag, spindle acceleration and gravity.
+    step
+        Integration step [s].
     """
     (race,), disc = p.races or (None,), p.disc
     assert not disc.points and p.motor is None and p.contact is None

@@ -47,11 +47,16 @@ TALL: Changes = {
 def twin(scene: Scene, stiffness: float, step: float, *changes: Changes) -> Scene:
     """The planar scene's deck in space.
 
-    Args:
-        scene: in the plane.
-        stiffness: against turning, tilt and heave, in a unit in which 1 is not stiff at all.
-        step: of the stepper [s].
-        changes: laid over the deck's scene.
+    Parameters
+    ----------
+    scene
+        In the plane.
+    stiffness
+        Against turning, tilt and heave, in a unit in which 1 is not stiff at all.
+    step
+        Of the stepper [s].
+    changes
+        Laid over the deck's scene.
     """
     raw, effects = scene.as_mapping(), dict(scene.as_mapping()["effects"])
     spring, own, inertia = effects.pop("unequal_suspension"), scene.rotor, 1e-5

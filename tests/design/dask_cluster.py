@@ -25,10 +25,14 @@ BEGINS = 60.0
 class DaskCluster:
     """Scheduler and workers in forked processes; a context manager.
 
-    Args:
-        folder: folder for the cluster's files.
-        workers: number of workers, with one thread each.
-        scheduler: settings of Dask's scheduler.
+    Parameters
+    ----------
+    folder
+        Folder for the cluster's files.
+    workers
+        Number of workers, with one thread each.
+    scheduler
+        Settings of Dask's scheduler.
     """
 
     def __init__(self, folder: Path, workers: int = 0, **scheduler: str) -> None:
@@ -59,10 +63,14 @@ class DaskCluster:
     def add_worker(self, path: Path | None = None, without: str = "", **environment: str) -> None:
         """Start a worker without a nanny, which would restart the worker after it is killed.
 
-        Args:
-            path: folder in front of the worker's search path.
-            without: package that the worker lacks.
-            environment: environment variables in addition to those of the test process.
+        Parameters
+        ----------
+        path
+            Folder in front of the worker's search path.
+        without
+            Package that the worker lacks.
+        environment
+            Environment variables in addition to those of the test process.
         """
         own = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder))
         process = self._started(

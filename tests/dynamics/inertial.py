@@ -35,10 +35,14 @@ def accelerations(
 ) -> np.ndarray:
     """Return x'', y'', psi_1'', ... from (2-9)..(2-11).
 
-    Args:
-        deck: x, y [m], x', y' [m/s].
-        angles, rates: psi_i [rad], psi_i' [rad/s] (absolute).
-        rubbing: mask of the balls whose normal force is positive, so that friction acts on them.
+    Parameters
+    ----------
+    deck
+        x, y [m], x', y' [m/s].
+    angles, rates
+        psi_i [rad], psi_i' [rad/s] (absolute).
+    rubbing
+        Mask of the balls whose normal force is positive, so that friction acts on them.
     """
     n = len(angles)
     inertia = 0.4 * p.m * p.a**2 if p.spin else 0.0

@@ -132,9 +132,12 @@ class Slope(NamedTuple):
 def slope(scene: Scene, **where: Sequence[float]) -> Slope:
     """Return the time derivative of the state, from a step of 0.1 us.
 
-    Args:
-        scene: scene whose start is the state.
-        where: other values for parts of the state, by their names in ``Slope``.
+    Parameters
+    ----------
+    scene
+        Scene whose start is the state.
+    where
+        Other values for parts of the state, by their names in ``Slope``.
     """
     drive = Drive(scene, energy_balance=True)
     drive.step = 1e-7
@@ -262,14 +265,22 @@ class FiveParts:
     ) -> None:
         """Check that the difference from a run without the effect is proportional to its size.
 
-        Args:
-            with_size: function from a size to changes of the scene.
-            changes: changes of both runs.
-            without: effects that the other run lacks (None) or has instead.
-            company: company of the other run.
-            to: second size; the first one is 1.
-            within: relative tolerance of the proportionality.
-            steps: number of steps; 0 for the usual number.
+        Parameters
+        ----------
+        with_size
+            Function from a size to changes of the scene.
+        changes
+            Changes of both runs.
+        without
+            Effects that the other run lacks (None) or has instead.
+        company
+            Company of the other run.
+        to
+            Second size; the first one is 1.
+        within
+            Relative tolerance of the proportionality.
+        steps
+            Number of steps; 0 for the usual number.
         """
         energy_balance = all(value is not None for value in without.values())
         scene = scene_of(company, *changes, {"effects": without})
@@ -304,8 +315,10 @@ PART_NAMES = ("activity", "direction", "rotation", "power", "limit")
 def parts_of(name: str) -> FiveParts:
     """Return the specification of an effect.
 
-    Raises:
-        ModuleNotFoundError: the effect has no specification.
+    Raises
+    ------
+    ModuleNotFoundError
+        The effect has no specification.
     """
     found: FiveParts = importlib.import_module(f"tests.effects.{name}").PARTS
     found.witnessed = 0

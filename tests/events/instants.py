@@ -134,11 +134,15 @@ def turn_by(angle: float) -> np.ndarray:
 def instant(random: np.random.Generator, effects: dict[str, Any], together: float = 0.6) -> Instant:
     """Return a random instant.
 
-    Args:
-        random: random generator.
-        effects: effects of the scene.
-        together: probability that neighbours touch at equal speeds; half of it is the probability
-            that a ball is at rest on the race, with those that touch it.
+    Parameters
+    ----------
+    random
+        Random generator.
+    effects
+        Effects of the scene.
+    together
+        Probability that neighbours touch at equal speeds; half of it is the probability that a ball
+        is at rest on the race, with those that touch it.
     """
     begin = random.uniform(-9.0, 9.0) + np.arange(N) * 2 * np.pi / N
     scene = scene_with(effects, begin.tolist())

@@ -43,16 +43,24 @@ def run_on_track(
 ) -> Run:
     """Return a Run with steps of the classical Runge-Kutta method.
 
-    Args:
-        places: positions of the balls [rad], in order.
-        speeds: rates of the balls [rad/s].
-        force: force on each ball along the track, a function of time and state.
-        mass: mass of each ball.
-        friction: coefficient of friction; used with ``load``.
-        load: normal force of the track on each ball, a function of time and state; None for no
-            friction.
-        spacing: distance of balls in contact [rad]; None lets them pass each other.
-        restitution: coefficient of restitution.
+    Parameters
+    ----------
+    places
+        Positions of the balls [rad], in order.
+    speeds
+        Rates of the balls [rad/s].
+    force
+        Force on each ball along the track, a function of time and state.
+    mass
+        Mass of each ball.
+    friction
+        Coefficient of friction; used with ``load``.
+    load
+        Normal force of the track on each ball, a function of time and state; None for no friction.
+    spacing
+        Distance of balls in contact [rad]; None lets them pass each other.
+    restitution
+        Coefficient of restitution.
     """
     n = len(places)
     contact = spacing is not None
@@ -112,7 +120,9 @@ def run_on_track(
 def passing_points(places: np.ndarray, speeds: np.ndarray, spacing: float, time: float) -> Any:
     """Return the motion of equal elastic balls, like points that pass through each other.
 
-    Returns:
+    Returns
+    -------
+    Any
         Positions and speeds in order along the track from the first ball on, and the free length.
     """
     n = len(places)

@@ -13,11 +13,16 @@ from tests.forked import forked
 class ForkedNode:
     """Replacement of `subprocess.Popen` for nodes, with the methods that tests use.
 
-    Args:
-        module: module whose ``main`` is the node.
-        arguments: arguments after the program's name.
-        environment: complete environment of the process.
-        log: file for its output.
+    Parameters
+    ----------
+    module
+        Module whose ``main`` is the node.
+    arguments
+        Arguments after the program's name.
+    environment
+        Complete environment of the process.
+    log
+        File for its output.
     """
 
     def __init__(

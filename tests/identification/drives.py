@@ -27,8 +27,10 @@ Columns = dict[str, np.ndarray]
 def scene(changes: Mapping[str, Any] | None = None) -> ab_sim.Scene:
     """Return a scene with two balls that passes the critical speed within a second.
 
-    Args:
-        changes: changes by dotted key.
+    Parameters
+    ----------
+    changes
+        Changes by dotted key.
     """
     raw: dict[str, Any] = {
         "name": "bench",
@@ -54,11 +56,16 @@ def scene(changes: Mapping[str, Any] | None = None) -> ab_sim.Scene:
 def columns(true: str, balls: bool, seed: int, noise: float = 0.01) -> Columns:
     """Return a recording of a drive as a test bench would write it.
 
-    Args:
-        true: scene of the drive as JSON.
-        balls: whether the balls are in the race.
-        seed: seed of the noise.
-        noise: standard deviation of the noise relative to the signals' r.m.s.
+    Parameters
+    ----------
+    true
+        Scene of the drive as JSON.
+    balls
+        Whether the balls are in the race.
+    seed
+        Seed of the noise.
+    noise
+        Standard deviation of the noise relative to the signals' r.m.s.
     """
     drive = check_scene(json.loads(true), "true")
     run = ab_sim.simulate(drive if balls else without_balls(drive)).trajectory

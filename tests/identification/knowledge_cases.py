@@ -155,11 +155,16 @@ def problem_of(
 ) -> tuple[Problem, np.ndarray]:  # fmt: skip
     """Return the problem of a case, and the true values of its parameters.
 
-    Args:
-        case: recordings and fitted keys.
-        scene: drive with two equal balls.
-        guess: scene with the start values of the fit.
-        seed: seed of the noise.
+    Parameters
+    ----------
+    case
+        Recordings and fitted keys.
+    scene
+        Drive with two equal balls.
+    guess
+        Scene with the start values of the fit.
+    seed
+        Seed of the noise.
     """
     # What is not asked for is known.
     known = {key: value_of(guess, key) for key in DECK + BALLS if key in case.fit}
@@ -183,10 +188,14 @@ def problem_of(
 def opened_in(problem: Problem, true: np.ndarray, seed: int) -> list[OpenDirection]:
     """Return the directions that an identification reports as open, before and after the fit.
 
-    Args:
-        problem: problem of the fit.
-        true: true values of the parameters, in place of a fit.
-        seed: seed of the start angles for the evaluation before the fit.
+    Parameters
+    ----------
+    problem
+        Problem of the fit.
+    true
+        True values of the parameters, in place of a fit.
+    seed
+        Seed of the start angles for the evaluation before the fit.
     """
     before = knowledge_before(problem, seed)
     return [*before.open, *knowledge_of(problem, true, before.held).open]

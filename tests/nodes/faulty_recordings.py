@@ -52,11 +52,16 @@ def bench() -> Scene:
 def recorded_live(folder: Path, scene: Scene, faults: Sequence[str], name: str) -> Live:
     """Run a drive with its controller and recorder, and inject faults during the run.
 
-    Args:
-        folder: folder for the files.
-        scene: scene of the drive.
-        faults: faults as texts, see docs/topics.md; none for a drive without faults.
-        name: name of the files.
+    Parameters
+    ----------
+    folder
+        Folder for the files.
+    scene
+        Scene of the drive.
+    faults
+        Faults as texts, see docs/topics.md; none for a drive without faults.
+    name
+        Name of the files.
     """
     scene_file = folder / f"{name}.yaml"
     scene_file.write_text(json.dumps(scene.as_mapping()))
@@ -85,10 +90,14 @@ def recorded_live(folder: Path, scene: Scene, faults: Sequence[str], name: str) 
 def heard(file: Path, bag: Path, path: Path) -> Path:
     """Write a recording of the readings at each step; the spindle is interpolated.
 
-    Args:
-        file: recording, for description and times.
-        bag: bag of the same run.
-        path: file to write.
+    Parameters
+    ----------
+    file
+        Recording, for description and times.
+    bag
+        Bag of the same run.
+    path
+        File to write.
     """
     told = read_recording(file)
     rows, time = told.samples.copy(), told.samples[:, told.channels.index("time")]

@@ -95,11 +95,16 @@ class Fleet:
 
         The nodes of `ab-sim demo` and `live`, and installed scripts, have separate processes.
 
-        Args:
-            node: name; ``left/drive_sim`` in a namespace, with a clock there.
-            module: module whose ``main`` is the node; default: that of ``ab_sim.nodes``.
-            words: arguments before those of ROS.
-            parameters: parameters of the node.
+        Parameters
+        ----------
+        node
+            Name; ``left/drive_sim`` in a namespace, with a clock there.
+        module
+            Module whose ``main`` is the node; default: that of ``ab_sim.nodes``.
+        words
+            Arguments before those of ROS.
+        parameters
+            Parameters of the node.
         """
         settings = [part for k, v in parameters.items() for part in ("-p", f"{k}:={v}")]
         namespace, _, executable = node.rpartition("/")

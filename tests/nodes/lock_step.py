@@ -16,11 +16,16 @@ PERIOD = 5
 class LockStep:
     """Drive of a scene with its profile controller; by default it wakes up each millisecond.
 
-    Args:
-        fleet: fleet that runs the nodes.
-        scene: name or file of the scene.
-        profile: profile of the controller; default: that of the scene.
-        wake_rate: wake-ups of the drive per second; a whole number of them must make a period.
+    Parameters
+    ----------
+    fleet
+        Fleet that runs the nodes.
+    scene
+        Name or file of the scene.
+    profile
+        Profile of the controller; default: that of the scene.
+    wake_rate
+        Wake-ups of the drive per second; a whole number of them must make a period.
     """
 
     def __init__(

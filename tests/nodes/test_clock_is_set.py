@@ -24,8 +24,10 @@ DAY = 86_400.0
 class SystemClock:
     """A clock that is ahead of the machine's by some time.
 
-    Args:
-        folder: for its library and its file.
+    Parameters
+    ----------
+    folder
+        For its library and its file.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -11,8 +11,10 @@ TOOLS = ("unshare", "nsenter", "ip", "mount")
 class TwoHosts:
     """Hosts ``a`` and ``b`` without shared memory between them; a context manager.
 
-    Raises:
-        OSError: this machine does not allow network namespaces.
+    Raises
+    ------
+    OSError
+        This machine does not allow network namespaces.
     """
 
     def __enter__(self) -> "TwoHosts":

@@ -63,7 +63,7 @@ sys.exit(service.run())
 
 @pytest.fixture
 def prefix(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """This tree, where launch looks for a package; before the fleet, which hands it on."""
+    """Installed tree, where launch looks for a package; before the fleet, which hands it on."""
     prefix = tmp_path / "prefix"
     index = prefix / "share/ament_index/resource_index/packages"
     index.mkdir(parents=True)

@@ -103,10 +103,14 @@ def _beside(
 ) -> Beside:
     """Made for a verdict.
 
-    Args:
-        five, passing, two: mean whirls of figure 6.3's kinds of balls [um].
-        carried: by the five [g cm].
-        lags: without a period and with the hold [rad/s].
+    Parameters
+    ----------
+    five, passing, two
+        Mean whirls of figure 6.3's kinds of balls [um].
+    carried
+        By the five [g cm].
+    lags
+        Without a period and with the hold [rad/s].
     """
     random = np.random.default_rng(1)
     common = random.normal(0.0, 0.5, 100)

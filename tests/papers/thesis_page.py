@@ -29,8 +29,10 @@ def page_sections() -> tuple[PageSection, ...]:
 def verdicts_on_page(section: str) -> list[tuple[str, str, str]]:
     """Return figure, statement and kind of verdict of each row of a section.
 
-    Args:
-        section: beginning of the section's heading.
+    Parameters
+    ----------
+    section
+        Beginning of the section's heading.
     """
     (found,) = [each for each in page_sections() if each.heading.startswith(section)]
     return [

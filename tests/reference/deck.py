@@ -64,17 +64,28 @@ def instant(
 ) -> Instant:
     """Return accelerations, forces and energies in a state.
 
-    Args:
-        p: parameters of the deck.
-        q: X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
-        rates: time derivatives q'.
-        psi: spindle angle [rad].
-        speed: spindle speed psi' [rad/s].
-        acceleration: psi'' [rad/s^2]; with a motor, that of the command.
-        command: commanded speed of a motor [rad/s]; default: ``speed``.
-        z: integral of the motor's controller.
-        sensor: point of the deck on deck axes [m].
-        sensor_axes: unit vectors on deck axes, one per row.
+    Parameters
+    ----------
+    p
+        Parameters of the deck.
+    q
+        X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
+    rates
+        Time derivatives q'.
+    psi
+        Spindle angle [rad].
+    speed
+        Spindle speed psi' [rad/s].
+    acceleration
+        Psi'' [rad/s^2]; with a motor, that of the command.
+    command
+        Commanded speed of a motor [rad/s]; default: ``speed``.
+    z
+        Integral of the motor's controller.
+    sensor
+        Point of the deck on deck axes [m].
+    sensor_axes
+        Unit vectors on deck axes, one per row.
     """
     model = DeckModel(p)
     full, full_rates = _with_spindle(q, psi), _with_spindle(rates, speed)
@@ -118,16 +129,26 @@ def simulate_deck(
 ) -> Result:
     """Return the motion from q0 and q0' at t = 0, with the spindle as in ``p.spindle``.
 
-    Args:
-        p: parameters of the deck.
-        q0: X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
-        rates0: time derivatives q'.
-        times: increasing times from 0 or later [s].
-        speed: psi' with a motor [rad/s]; default: that of the command.
-        z: integral of the motor's controller.
-        method: method of solve_ivp; "Radau" for a stiff race or stiff mounts.
-        rtol: relative tolerance; the absolute ones follow from it.
-        max_step: longest step [s], if an event could hide within a step.
+    Parameters
+    ----------
+    p
+        Parameters of the deck.
+    q0
+        X, Y, Z [m], alpha, beta, gamma, phi_i [rad].
+    rates0
+        Time derivatives q'.
+    times
+        Increasing times from 0 or later [s].
+    speed
+        Psi' with a motor [rad/s]; default: that of the command.
+    z
+        Integral of the motor's controller.
+    method
+        Method of solve_ivp; "Radau" for a stiff race or stiff mounts.
+    rtol
+        Relative tolerance; the absolute ones follow from it.
+    max_step
+        Longest step [s], if an event could hide within a step.
     """
     q, rates = np.array(q0, float), np.array(rates0, float)
     return follow(

@@ -66,8 +66,10 @@ def averaged(p: DeckParams) -> DeckParams:
 def linearise(p: DeckParams, speed: float = 0.0) -> Vibration:
     """Linearise about the rest of the averaged deck, with its disc turning at ``speed`` [rad/s].
 
-    Raises:
-        numpy.linalg.LinAlgError: nothing holds the deck.
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Nothing holds the deck.
     """
     model = DeckModel(averaged(p).but(spindle=Spindle(speed)))
 

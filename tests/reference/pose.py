@@ -145,10 +145,14 @@ def pseudo_inertia(mass: float, centre: Array, inertia: Array) -> Array:
     Then 2 T = tr(H' P H'^T), and the generalised inertial force is tr(dH/dq P H''^T) (Uicker's
     matrices), for any reference point of the body.
 
-    Args:
-        mass: mass of the body [kg].
-        centre: centre of mass from the origin of the axes [m].
-        inertia: inertia about the centre of mass; a product is *minus* the integral of x y dm.
+    Parameters
+    ----------
+    mass
+        Mass of the body [kg].
+    centre
+        Centre of mass from the origin of the axes [m].
+    inertia
+        Inertia about the centre of mass; a product is *minus* the integral of x y dm.
     """
     place = np.append(centre, 1.0)
     made = mass * np.outer(place, place)

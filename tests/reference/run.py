@@ -205,15 +205,24 @@ def simulate(
 ) -> Result:
     """Return the planar rotor's motion from rest at the static equilibrium.
 
-    Args:
-        params: parameters of the rotor.
-        theta0: ball angles from the unbalance [rad].
-        times: increasing times from 0 or later [s].
-        start: another start than rest.
-        method: see ``follow``.
-        rtol: see ``follow``.
-        max_step: see ``follow``.
-        max_events: see ``follow``.
+    Parameters
+    ----------
+    params
+        Parameters of the rotor.
+    theta0
+        Ball angles from the unbalance [rad].
+    times
+        Increasing times from 0 or later [s].
+    start
+        Another start than rest.
+    method
+        See ``follow``.
+    rtol
+        See ``follow``.
+    max_step
+        See ``follow``.
+    max_events
+        See ``follow``.
     """
     p, s = params, start or Start()
     theta = np.array(theta0, float)
@@ -243,19 +252,32 @@ def follow(
 ) -> Result:
     """Return the motion from a state at t = 0.
 
-    Args:
-        plant: rotor or deck to simulate.
-        deck: coordinates of the deck.
-        theta: ball angles from the unbalance [rad].
-        deck_rates: rates of the deck's coordinates.
-        theta_rates: ball rates theta_i' [rad/s].
-        times: increasing times from 0 or later [s].
-        speed: speed w with a motor [rad/s]; default: that of the command.
-        z: integral of the motor's controller.
-        method: method of solve_ivp; "Radau" for a stiff race.
-        rtol: relative tolerance; the absolute ones follow from it.
-        max_step: longest step [s], if an event could hide within a step.
-        max_events: number of events after which the simulation fails.
+    Parameters
+    ----------
+    plant
+        Rotor or deck to simulate.
+    deck
+        Coordinates of the deck.
+    theta
+        Ball angles from the unbalance [rad].
+    deck_rates
+        Rates of the deck's coordinates.
+    theta_rates
+        Ball rates theta_i' [rad/s].
+    times
+        Increasing times from 0 or later [s].
+    speed
+        Speed w with a motor [rad/s]; default: that of the command.
+    z
+        Integral of the motor's controller.
+    method
+        Method of solve_ivp; "Radau" for a stiff race.
+    rtol
+        Relative tolerance; the absolute ones follow from it.
+    max_step
+        Longest step [s], if an event could hide within a step.
+    max_events
+        Number of events after which the simulation fails.
     """
     p = plant.p
     problem = Problem(plant, theta)

@@ -50,9 +50,12 @@ SCENES = {
 class Drive:
     """A scene's Run, and how far it has gone.
 
-    Args:
-        name: of a scene that ships.
-        translated: whether as machine code.
+    Parameters
+    ----------
+    name
+        Of a scene that ships.
+    translated
+        Whether as machine code.
     """
 
     def __init__(self, name: str, translated: bool = True) -> None:

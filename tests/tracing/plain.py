@@ -14,9 +14,12 @@ def python_function(
 ) -> Callable[..., list[float]]:
     """Return a function of keyword arguments that returns the roots' values.
 
-    Args:
-        roots: lowered expressions that stand for one number each, not for one per ball.
-        names: name of the function's argument for each input's name.
+    Parameters
+    ----------
+    roots
+        Lowered expressions that stand for one number each, not for one per ball.
+    names
+        Name of the function's argument for each input's name.
     """
     nodes = list(reachable_nodes(roots))
 

@@ -86,10 +86,14 @@ def like(pixels: NDArray[np.float64], color: tuple[int, int, int]) -> NDArray[np
 def browser(width: int = 640, height: int = 420, draws: bool = True) -> Iterator[Screen]:
     """Open a browser that is closed on exit.
 
-    Args:
-        width: width of the page [px].
-        height: height of the page [px].
-        draws: whether pages draw in three dimensions; without, others take two thirds of the time.
+    Parameters
+    ----------
+    width
+        Width of the page [px].
+    height
+        Height of the page [px].
+    draws
+        Whether pages draw in three dimensions; without, others take two thirds of the time.
     """
     found = shutil.which("chromium") or shutil.which("chromium-browser")
     assert found, f"Chromium is missing: run {Path('tools/install-browser')}"

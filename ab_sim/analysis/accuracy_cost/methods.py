@@ -51,8 +51,10 @@ class MeasuredMethod(Protocol):
     def run(self) -> Any:
         """Take all steps and keep samples; this is timed.
 
-        Raises:
-            FailedError: the method could not finish.
+        Raises
+        ------
+        FailedError
+            The method could not finish.
         """
 
     def samples(self, kept: Any) -> Samples:
@@ -65,14 +67,21 @@ class MeasuredMethod(Protocol):
 class OwnStepper:
     """Stepper of this package at one step.
 
-    Args:
-        scene: scene to run.
-        sampling: times at which runs are compared.
-        stepper: name of the stepper.
-        step: step [s], which divides the sample period.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    sampling
+        Times at which runs are compared.
+    stepper
+        Name of the stepper.
+    step
+        Step [s], which divides the sample period.
 
-    Raises:
-        SceneError: the scene refuses the step, e.g. beyond the stability limit.
+    Raises
+    ------
+    SceneError
+        The scene refuses the step, e.g. beyond the stability limit.
     """
 
     peer: bool = False
@@ -138,13 +147,19 @@ It raises FailedError if it cannot finish.
 class ByTolerance:
     """Integrator at one relative tolerance.
 
-    Args:
-        f: right-hand side of the scene.
-        with_energy_balance: factory of the right-hand side with an energy balance, called only by
-            ``energy_error``; None if the scene has no energy balance.
-        name: name of the integrator.
-        solver: function that integrates a leg.
-        tolerance: relative tolerance.
+    Parameters
+    ----------
+    f
+        Right-hand side of the scene.
+    with_energy_balance
+        Factory of the right-hand side with an energy balance, called only by ``energy_error``; None
+        if the scene has no energy balance.
+    name
+        Name of the integrator.
+    solver
+        Function that integrates a leg.
+    tolerance
+        Relative tolerance.
     """
 
     peer: bool = True
@@ -264,8 +279,10 @@ SCIPY: dict[str, LegSolver] = {"DOP853": dop853, "LSODA": lsoda, "Radau": _radau
 def cvode_solvers() -> dict[str, LegSolver]:
     """Return solvers with CVODE's Adams and BDF methods, by display name.
 
-    Raises:
-        ImportError: scikit-sundae is not installed.
+    Raises
+    ------
+    ImportError
+        Scikit-sundae is not installed.
     """
     from sksundae.cvode import CVODE
 

@@ -54,14 +54,21 @@ def mujoco_refusal(scene: Scene) -> str:
 class MuJoCo:
     """MuJoCo's RK4 at one step.
 
-    Args:
-        scene: scene to run.
-        sampling: times at which runs are compared.
-        step: largest step [s]; shorter ones end at sample times and breakpoints.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    sampling
+        Times at which runs are compared.
+    step
+        Largest step [s]; shorter ones end at sample times and breakpoints.
 
-    Raises:
-        ImportError: MuJoCo is not installed.
-        SceneError: MuJoCo cannot represent the scene.
+    Raises
+    ------
+    ImportError
+        MuJoCo is not installed.
+    SceneError
+        MuJoCo cannot represent the scene.
     """
 
     name: str = "MuJoCo RK4"
@@ -108,10 +115,14 @@ class MuJoCo:
     def _xml(self, masses: list[float], drags: list[float], spins: list[float]) -> str:
         """Return the model as MJCF.
 
-        Args:
-            masses: mass of each ball [kg].
-            drags: drag torque per angular speed of each ball [N m s/rad].
-            spins: inertia of each ball's spin about the shaft, (I/a^2) R^2 [kg m^2].
+        Parameters
+        ----------
+        masses
+            Mass of each ball [kg].
+        drags
+            Drag torque per angular speed of each ball [N m s/rad].
+        spins
+            Inertia of each ball's spin about the shaft, (I/a^2) R^2 [kg m^2].
         """
         scene, unit, least = self.scene, self.unit, _LEAST
         suspension = scene.effects.get("suspension")

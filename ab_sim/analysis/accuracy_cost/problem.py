@@ -72,8 +72,10 @@ def sampling_of(scene: Scene) -> SampleTimes:
     period's parts, unless that needs too many parts. If the duration is not a multiple of the
     period, the comparison ends at the last whole period.
 
-    Raises:
-        InputError: the duration is too short to compare anything.
+    Raises
+    ------
+    InputError
+        The duration is too short to compare anything.
     """
     duration = nanoseconds(scene.duration)
     longest, scene_step = nanoseconds(LADDER[-1]), nanoseconds(scene.solver.step)
@@ -118,8 +120,10 @@ def energy_error(energies: list[EnergyBalance]) -> float:
     It is the largest |stored - at start - motor work + dissipated|, divided by the largest stored,
     supplied or dissipated energy since the start.
 
-    Args:
-        energies: energy balances at some instants of the run.
+    Parameters
+    ----------
+    energies
+        Energy balances at some instants of the run.
     """
     stored, start, work, dissipated = np.array(energies).T
     size = max(float(np.abs(column).max()) for column in (stored - start, work, dissipated))
@@ -169,10 +173,14 @@ class SmoothInterval(NamedTuple):
 class RightHandSide:
     """Scene without events as f(t, y), leg by leg.
 
-    Args:
-        scene: scene to simulate.
-        sampling: sample times.
-        energy_balance: whether to add the two states of the energy balance.
+    Parameters
+    ----------
+    scene
+        Scene to simulate.
+    sampling
+        Sample times.
+    energy_balance
+        Whether to add the two states of the energy balance.
     """
 
     def __init__(self, scene: Scene, sampling: SampleTimes, energy_balance: bool = False) -> None:

@@ -86,10 +86,14 @@ def integration(nodes: np.ndarray) -> np.ndarray:
     Gauss quadrature is exact up to rounding. Integrating in the monomial basis would lose four
     digits at eight nodes.
 
-    Args:
-        nodes: nodes c_m in [0, 1], shape (nodes,).
+    Parameters
+    ----------
+    nodes
+        Nodes c_m in [0, 1], shape (nodes,).
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Q_mj, the integral of l_j from 0 to c_m, shape (nodes, nodes).
     """
     x, w = legendre.leggauss((len(nodes) + 1) // 2)
@@ -112,12 +116,17 @@ def step_for(f: RightHandSide) -> float:
 def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     """Return the states at the sample times by collocation, shape (samples, states).
 
-    Args:
-        f: right-hand side of the scene.
-        longest: longest step [s].
+    Parameters
+    ----------
+    f
+        Right-hand side of the scene.
+    longest
+        Longest step [s].
 
-    Raises:
-        FailedError: the iteration does not converge at this step.
+    Raises
+    ------
+    FailedError
+        The iteration does not converge at this step.
     """
     nodes, state, rest = gauss_nodes(), f.start.copy(), np.zeros(f.start.size)
     shape = (NODES, state.size)
@@ -144,15 +153,22 @@ def _take_steps(
 ) -> bool:
     """Take equal steps by collocation; to be compiled.
 
-    Args:
-        collocation_steps: equations, coefficients and work arrays; the compensation ``rest`` is
-            overwritten.
-        begin: local time at the start [s].
-        length: length of a step [s].
-        steps: number of steps.
-        state: state at the start, overwritten by that at the end, shape (states,).
+    Parameters
+    ----------
+    collocation_steps
+        Equations, coefficients and work arrays; the compensation ``rest`` is overwritten.
+    begin
+        Local time at the start [s].
+    length
+        Length of a step [s].
+    steps
+        Number of steps.
+    state
+        State at the start, overwritten by that at the end, shape (states,).
 
-    Returns:
+    Returns
+    -------
+    bool
         True if the iterations of all steps converged.
     """
     field, slopes, ahead, trial, rest = (
@@ -255,8 +271,10 @@ def smooth_reference(f: RightHandSide) -> Reference:
     It is computed by Gauss collocation and checked by DOP853. For very stiff scenes, the two
     methods are Radau and LSODA.
 
-    Raises:
-        InputError: the two solutions could not be computed.
+    Raises
+    ------
+    InputError
+        The two solutions could not be computed.
     """
     f = f.sampled(f.sampling.finest)
     step = min(step_for(f), f.sampling.period)
@@ -297,8 +315,10 @@ def event_reference(scene: Scene, sampling: SampleTimes) -> Reference:
     The other packages here do not locate events, so both solutions use this package's equations
     and event location. They differ in method, steps, and the position of events within steps.
 
-    Raises:
-        InputError: no step is short enough, or a solution diverged.
+    Raises
+    ------
+    InputError
+        No step is short enough, or a solution diverged.
     """
     runs_by_name: dict[str, tuple[float, Samples]] = {}
     # The steps differ: with equal ones, even rounding errors would be alike.
@@ -325,8 +345,10 @@ def _shortest(
 ) -> tuple[OwnStepper, float]:
     """Return a stepper at the longest step of ``SHORT`` that is shorter than ``below`` [s].
 
-    Raises:
-        InputError: the scene refuses all these steps, or is too long for them.
+    Raises
+    ------
+    InputError
+        The scene refuses all these steps, or is too long for them.
     """
     refusal = ""
     for step in SHORT:

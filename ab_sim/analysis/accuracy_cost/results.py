@@ -45,10 +45,14 @@ class RunErrors(NamedTuple):
     def of(cls, deviation: Deviation, uncertainty: Deviation, energy: float | None) -> "RunErrors":
         """Return the errors of a run.
 
-        Args:
-            deviation: deviation from the reference.
-            uncertainty: uncertainty of the reference.
-            energy: relative error of the energy balance; None without a balance.
+        Parameters
+        ----------
+        deviation
+            Deviation from the reference.
+        uncertainty
+            Uncertainty of the reference.
+        energy
+            Relative error of the energy balance; None without a balance.
         """
         angle, whirl, angle_end, whirl_end = map(ErrorBound.of, deviation, uncertainty)
         return cls(angle, whirl, angle_end, whirl_end, energy)
@@ -171,9 +175,12 @@ class AccuracyCost(Presented):
     def cheapest(self, error: float, peer: bool | None = None) -> SettingCost | None:
         """Return the row with the least CPU time and at most this error; None if there is none.
 
-        Args:
-            error: error in ball angle [rad]; without balls in whirl [e].
-            peer: True for peers only, False for this package's methods only, None for both.
+        Parameters
+        ----------
+        error
+            Error in ball angle [rad]; without balls in whirl [e].
+        peer
+            True for peers only, False for this package's methods only, None for both.
         """
         accurate = [
             row

@@ -70,13 +70,20 @@ def all_families(
 ) -> tuple[list[Family], list[OmittedMethod]]:
     """Return all methods for a scene, and those that cannot run it.
 
-    Args:
-        scene: the scene.
-        sampling: times at which runs are compared.
-        f: the scene as a right-hand side; None if it has events.
-        with_energy_balance: whether the scene can keep an energy balance.
-        steps: steps to try [s].
-        tolerances: relative tolerances to try.
+    Parameters
+    ----------
+    scene
+        The scene.
+    sampling
+        Times at which runs are compared.
+    f
+        The scene as a right-hand side; None if it has events.
+    with_energy_balance
+        Whether the scene can keep an energy balance.
+    steps
+        Steps to try [s].
+    tolerances
+        Relative tolerances to try.
     """
     divides = [step for step in steps if sampling.per_period(step)]
     missing = [
@@ -121,10 +128,14 @@ def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterat
 def _longest(scene: Scene, stepper: str, step: float) -> float:
     """Return the longest step that a stepper may take in a scene [s]; 0 if it refuses all.
 
-    Args:
-        scene: scene to run.
-        stepper: name of the stepper.
-        step: step that is tried first [s]; if the stepper refuses it, those of ``_FINER`` follow.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    stepper
+        Name of the stepper.
+    step
+        Step that is tried first [s]; if the stepper refuses it, those of ``_FINER`` follow.
     """
     for shorter in (step, *_FINER):
         candidate = with_solver(scene, stepper, shorter)
@@ -206,11 +217,16 @@ _TIME_FOR_ONE = 6.0
 class _Candidate:
     """Method at one setting, with its measurements.
 
-    Args:
-        method: method at the setting.
-        errors: errors of its untimed run.
-        seconds: CPU time of that run [s].
-        repeats: requested number of timed runs; long runs are repeated less.
+    Parameters
+    ----------
+    method
+        Method at the setting.
+    errors
+        Errors of its untimed run.
+    seconds
+        CPU time of that run [s].
+    repeats
+        Requested number of timed runs; long runs are repeated less.
     """
 
     def __init__(
@@ -332,12 +348,18 @@ def accuracy_cost(
 class _Study:
     """Study in progress: candidates with their errors, and rows and reasons of the others.
 
-    Args:
-        scene: scene to run.
-        sampling: times at which runs are compared.
-        reference: reference solution.
-        repeats: requested number of timed runs per setting.
-        with_energy_balance: whether the scene can keep an energy balance.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    sampling
+        Times at which runs are compared.
+    reference
+        Reference solution.
+    repeats
+        Requested number of timed runs per setting.
+    with_energy_balance
+        Whether the scene can keep an energy balance.
     """
 
     def __init__(

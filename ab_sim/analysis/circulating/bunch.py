@@ -147,14 +147,22 @@ Orders = tuple[complex, complex, complex]
 def _growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex) -> np.ndarray:
     """Return the growth rates of small disturbances of a bunch [1/s], by falling real part.
 
-    Args:
-        drive: parameters of the drive.
-        w: spindle speed [rad/s], above 0.
-        count: number p of balls in the bunch.
-        s: speed of the bunch [rad/s], above 0.
-        z: displacement of the deck relative to the bunch's direction [m].
+    Parameters
+    ----------
+    drive
+        Parameters of the drive.
+    w
+        Spindle speed [rad/s], above 0.
+    count
+        Number p of balls in the bunch.
+    s
+        Speed of the bunch [rad/s], above 0.
+    z
+        Displacement of the deck relative to the bunch's direction [m].
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Complex rates, shape (5 + 2 (p - 1),), without the zero of a shift in time.
     """
     orders = _equations(drive, w, count, s, z)
@@ -177,10 +185,14 @@ def _equations(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the averaged equations, linearised: three real matrices of the disturbances.
 
-    Args:
-        drive, w, count, s, z: see ``_growth_rates``.
+    Parameters
+    ----------
+    drive, w, count, s, z
+        See ``_growth_rates``.
 
-    Returns:
+    Returns
+    -------
+    tuple[np.ndarray, np.ndarray, np.ndarray]
         Matrices of d^2, d and 1, shape (3, 3) each. They multiply (Re z / R, Im z / R, theta).
     """
     m, mu, cb = drive.ball_mass, drive.rolling_mass, drive.drag
@@ -303,13 +315,19 @@ class CirculatingBunch:
 def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunch]:
     """Return all states with ``count`` circulating balls by rising speed s, stable or not.
 
-    Args:
-        drive: parameters of the drive.
-        speed: spindle speed w [rad/s], either sign.
-        count: number p of balls, from 1 to the number of balls.
+    Parameters
+    ----------
+    drive
+        Parameters of the drive.
+    speed
+        Spindle speed w [rad/s], either sign.
+    count
+        Number p of balls, from 1 to the number of balls.
 
-    Raises:
-        ValueError: ``count`` is out of range.
+    Raises
+    ------
+    ValueError
+        ``count`` is out of range.
     """
     if not 1 <= count <= drive.balls:
         raise ValueError(f"count = {count}: must be from 1 to {drive.balls}")
@@ -333,10 +351,13 @@ def stalled(
 ) -> CirculatingBunch | None:
     """Return the stable bunch of lowest speed s; None if there is none.
 
-    Args:
-        drive, speed, count: see ``bunches``.
-        valid_only: accept only states with small swings. Otherwise also accept plausible states,
-            whose bunch is on the side of the displacement, as it is below the critical speed.
+    Parameters
+    ----------
+    drive, speed, count
+        See ``bunches``.
+    valid_only
+        Accept only states with small swings. Otherwise also accept plausible states, whose bunch is
+        on the side of the displacement, as it is below the critical speed.
     """
     for bunch in bunches(drive, speed, count):
         if bunch.stable and (bunch.valid or (not valid_only and bunch.angle < 0.5 * math.pi)):

@@ -19,11 +19,16 @@ def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:
     The bunch's balls come first. The other balls rest at their balanced position, or opposite the
     unbalance if they cannot balance it.
 
-    Args:
-        system: planar system of the bunch's scene.
-        bunch: circulating bunch.
+    Parameters
+    ----------
+    system
+        Planar system of the bunch's scene.
+    bunch
+        Circulating bunch.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         State with shape (4 + 2 n,): u and v on the rotor's axes [m, m/s], angles [rad] and rates
         [rad/s].
     """
@@ -67,9 +72,12 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     out, as for resting states. None is also returned if the balls are nearly as fast as the rotor:
     a simulation of ``_FEWEST_BEATS`` beats would then take more than ``_MOST_STEPS`` steps.
 
-    Args:
-        scene: scene of the bunch.
-        bunch: bunch near which the simulation starts.
+    Parameters
+    ----------
+    scene
+        Scene of the bunch.
+    bunch
+        Bunch near which the simulation starts.
     """
     w, n = bunch.spindle_speed, len(resting_system(scene).balls)
     step = min(scene.solver.step, max(round(STEP / abs(w), 9), 1e-9))

@@ -48,10 +48,14 @@ def speed_ranges(drive: BunchDrive, count: int, also: Sequence[float] = ()) -> l
 
     The search is from a tenth of the critical speed to 1e5 rad/s.
 
-    Args:
-        drive: parameters of the drive.
-        count: number of balls in the bunch, from 1 to the number of balls.
-        also: further spindle speeds [rad/s] at which the bunch is sought.
+    Parameters
+    ----------
+    drive
+        Parameters of the drive.
+    count
+        Number of balls in the bunch, from 1 to the number of balls.
+    also
+        Further spindle speeds [rad/s] at which the bunch is sought.
     """
     critical = math.sqrt(drive.stiffness / drive.mass)
     values = np.geomspace(0.1 * critical, max(FASTEST, critical), _LOOKS)
@@ -64,10 +68,14 @@ def drag_ranges(drive: BunchDrive, speed: float, count: int) -> list[BunchRange]
 
     The search is from 1/1000 to 1000 times the drive's drag.
 
-    Args:
-        drive: parameters of the drive.
-        speed: spindle speed w [rad/s], not 0.
-        count: number of balls in the bunch, from 1 to the number of balls.
+    Parameters
+    ----------
+    drive
+        Parameters of the drive.
+    speed
+        Spindle speed w [rad/s], not 0.
+    count
+        Number of balls in the bunch, from 1 to the number of balls.
     """
     values = np.union1d(drive.drag * np.geomspace(1e-3, 1e3, _LOOKS), [drive.drag])
     return _ranges(lambda drag: (drive._replace(drag=drag), abs(speed)), count, values)
@@ -100,13 +108,20 @@ def _ranges(case: Case, count: int, values: np.ndarray) -> list[BunchRange]:
 def _end(case: Case, count: int, inside: float, outside: float | None) -> tuple[float, str, float]:
     """Locate the limit of a range by bisection.
 
-    Args:
-        case: function of the parameter's value.
-        count: number of balls in the bunch.
-        inside: value with a stable bunch.
-        outside: neighbouring value without one; None at the end of the search.
+    Parameters
+    ----------
+    case
+        Function of the parameter's value.
+    count
+        Number of balls in the bunch.
+    inside
+        Value with a stable bunch.
+    outside
+        Neighbouring value without one; None at the end of the search.
 
-    Returns:
+    Returns
+    -------
+    tuple[float, str, float]
         Value at the limit, its reason, and the speed s of the bunch there [rad/s].
     """
     if outside is None:

@@ -87,9 +87,11 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
     Friction and contact are left out. States are in closed form unless an effect has none; they are
     then searched for numerically.
 
-    Raises:
-        SceneError: the equations contain the spindle's angle, or its speed is a state; or there
-            are too many patterns.
+    Raises
+    ------
+    SceneError
+        The equations contain the spindle's angle, or its speed is a state; or there are too many
+        patterns.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
@@ -112,10 +114,14 @@ def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list
     If three or more balls can balance, the balanced states are those at the symmetric, the worst
     and the best position.
 
-    Args:
-        system: a ``resting_system``.
-        rotor: closed-form parameters of the system.
-        speed: spindle speed w [rad/s].
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    rotor
+        Closed-form parameters of the system.
+    speed
+        Spindle speed w [rad/s].
     """
     states = [
         resting_state(system, speed, *place)

@@ -126,10 +126,13 @@ def _ends(
 def _position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
     """Return a balanced position [rad] with a given rho, for three or more balls.
 
-    Args:
-        rotor: unbalance and ball moments.
-        rho: value between those of the two ``ends``. If Newton's method fails from all starts, the
-            known position with the nearest rho is returned.
+    Parameters
+    ----------
+    rotor
+        Unbalance and ball moments.
+    rho
+        Value between those of the two ``ends``. If Newton's method fails from all starts, the known
+        position with the nearest rho is returned.
     """
     by_distance = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
     if abs(doubling(rotor, by_distance[0]) - rho) <= _SAME:
@@ -184,10 +187,14 @@ def _closed(
 ) -> np.ndarray | None:
     """Return the nearest balanced position by Newton's method, or None if it does not converge.
 
-    Args:
-        rotor: unbalance and ball moments.
-        theta: start [rad], shape (n,).
-        level: value of rho to be met as well; None leaves rho free.
+    Parameters
+    ----------
+    rotor
+        Unbalance and ball moments.
+    theta
+        Start [rad], shape (n,).
+    level
+        Value of rho to be met as well; None leaves rho free.
     """
     moments = np.array(rotor.moments)
     total = moments.sum()
@@ -256,11 +263,16 @@ Growth = Callable[[np.ndarray], np.ndarray]
 def known_positions(rotor: ClosedFormRotor | None, balls: int) -> str | None:
     """Return the set of positions among which worst and best are known: ``ALL`` or ``SAMPLED``.
 
-    Args:
-        rotor: rotor of a ``resting_system``; None if states are found numerically.
-        balls: number of balls.
+    Parameters
+    ----------
+    rotor
+        Rotor of a ``resting_system``; None if states are found numerically.
+    balls
+        Number of balls.
 
-    Returns:
+    Returns
+    -------
+    str | None
         ``ALL`` or ``SAMPLED``; None for fewer than three balls, which have one position apart from
         its mirror image.
     """
@@ -272,12 +284,18 @@ def known_positions(rotor: ClosedFormRotor | None, balls: int) -> str | None:
 def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[np.ndarray]:
     """Return balanced positions [rad] that include the worst and the best at a nonzero speed.
 
-    Args:
-        system: a ``resting_system``.
-        rotor: closed-form parameters of the system.
-        speed: spindle speed w [rad/s].
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    rotor
+        Closed-form parameters of the system.
+    speed
+        Spindle speed w [rad/s].
 
-    Returns:
+    Returns
+    -------
+    list[np.ndarray]
         For three or more equal balls: the symmetric position, the worst and the best of all.
         Otherwise all ``positions``, which are a sample if three or more balls differ.
     """
@@ -298,10 +316,14 @@ def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[n
 def _least(growth: Growth, levels: np.ndarray, samples: np.ndarray) -> float:
     """Return the rho at which a function is smallest, refined around each minimum of its samples.
 
-    Args:
-        growth: function of rho.
-        levels: rising values of rho, shape (levels,).
-        samples: values of the function at ``levels``.
+    Parameters
+    ----------
+    growth
+        Function of rho.
+    levels
+        Rising values of rho, shape (levels,).
+    samples
+        Values of the function at ``levels``.
     """
     around = np.pad(samples, 1, constant_values=np.inf)
     low = np.flatnonzero((samples <= around[:-2]) & (samples <= around[2:]))
@@ -328,10 +350,14 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
     The equations are reduced once, at the position ``theta``, as the module's docstring derives.
     For other values of rho only the coupling of balls and deck is scaled.
 
-    Args:
-        system: a ``resting_system`` of equal balls in an isotropic suspension.
-        speed: spindle speed w [rad/s], not 0.
-        theta: any balanced position with rho < 1.
+    Parameters
+    ----------
+    system
+        a ``resting_system`` of equal balls in an isotropic suspension.
+    speed
+        Spindle speed w [rad/s], not 0.
+    theta
+        Any balanced position with rho < 1.
     """
     layout, n = layout_of(system), len(theta)
     mass, moment = system.deck_model.total_mass, float(system.balls[0, MOMENT])

@@ -38,15 +38,22 @@ def branches_over_speed(
 ) -> OverSpeed:
     """Follow all resting states over speed, and locate folds and stability changes.
 
-    Args:
-        scene: scene; see ``equilibria_of`` for the scenes it covers.
-        speeds: rising speeds > 0 [rad/s] at which stability is evaluated; more are added near the
-            ends of branches. Folds and changes of stability are located between them.
-        progress: called with the current task, the number of finished parts and the total.
+    Parameters
+    ----------
+    scene
+        Scene; see ``equilibria_of`` for the scenes it covers.
+    speeds
+        Rising speeds > 0 [rad/s] at which stability is evaluated; more are added near the ends of
+        branches. Folds and changes of stability are located between them.
+    progress
+        Called with the current task, the number of finished parts and the total.
 
-    Raises:
-        SceneError: as ``equilibria_of``.
-        InputError: speeds do not rise.
+    Raises
+    ------
+    SceneError
+        As ``equilibria_of``.
+    InputError
+        Speeds do not rise.
     """
     speeds = np.asarray(speeds, float)
     if len(speeds) < 2 or not speeds[0] > 0.0 or not (np.diff(speeds) > 0.0).all():
@@ -92,12 +99,18 @@ def _clustered(
     Between two folds the number and the order of radii are constant. The exception is balls whose
     moment equals the unbalance: a branch then ends in the balanced set, with W = 0.
 
-    Args:
-        system: a ``resting_system``.
-        rotor: closed-form parameters of the system.
-        pattern: pattern of the branches.
-        folds: folds of the pattern within the speeds, rising.
-        speeds: rising speeds [rad/s].
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    rotor
+        Closed-form parameters of the system.
+    pattern
+        Pattern of the branches.
+    folds
+        Folds of the pattern within the speeds, rising.
+    speeds
+        Rising speeds [rad/s].
     """
     ends = [float(speeds[0]), *(fold.speed for fold in folds), float(speeds[-1])]
     inner = [end for pair in pairwise(ends) for end in _changes(rotor, pattern, *pair, speeds)]

@@ -80,10 +80,14 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
 
     On a continuum, the nearest state is returned.
 
-    Args:
-        system: a ``resting_system``.
-        speed: spindle speed w [rad/s].
-        state: first guess, shape (states,).
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    speed
+        Spindle speed w [rad/s].
+    state
+        First guess, shape (states,).
     """
     field, scales = field_at(system, speed), scales_of(system, speed)
     for _ in range(60):
@@ -107,9 +111,12 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
 def scaled_jacobian(jacobian: np.ndarray, scales: Scales) -> np.ndarray:
     """Return the derivatives of the scaled rates by the scaled states, shape (states, states).
 
-    Args:
-        jacobian: derivatives of the rates by the states, same shape.
-        scales: scales of states and rates.
+    Parameters
+    ----------
+    jacobian
+        Derivatives of the rates by the states, same shape.
+    scales
+        Scales of states and rates.
     """
     return jacobian * scales.state / (scales.state[:, None] * scales.rate)
 
@@ -132,10 +139,14 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
 
     Of several states of one continuum, the first, the worst and the best are returned.
 
-    Args:
-        system: a ``resting_system``.
-        speed: spindle speed w [rad/s].
-        states: resting states, shape (states,) each.
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    speed
+        Spindle speed w [rad/s].
+    states
+        Resting states, shape (states,) each.
     """
     by_label: dict[str, list[RestingState]] = {}
     kinds, n = kinds_of(system), len(system.balls)

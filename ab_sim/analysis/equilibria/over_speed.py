@@ -73,8 +73,10 @@ class BranchInterval:
     def having(self, stable: bool | None) -> list[tuple[float, float]]:
         """Return the speed ranges [rad/s] in which the linear test gives a verdict.
 
-        Args:
-            stable: verdict: True, False, or None for undecided.
+        Parameters
+        ----------
+        stable
+            Verdict: True, False, or None for undecided.
         """
         edges = [self.speeds[0], *(crossing.speed for crossing in self.crossings), self.speeds[-1]]
         middles = [0.5 * (a + b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
@@ -185,10 +187,14 @@ def _others(
 def interval_of(label: str, at: StateAtSpeed, speeds: np.ndarray) -> BranchInterval:
     """Return a branch with its states at speeds and the crossings located between them.
 
-    Args:
-        label: label of the branch.
-        at: function that returns the state at a speed.
-        speeds: rising speeds [rad/s].
+    Parameters
+    ----------
+    label
+        Label of the branch.
+    at
+        Function that returns the state at a speed.
+    speeds
+        Rising speeds [rad/s].
     """
     states = tuple(at(float(w)) for w in speeds)
     crossings = tuple(_crossings(label, at, speeds, states))
@@ -222,9 +228,12 @@ def _crossings(
 def grid_between(low: float, high: float, speeds: np.ndarray) -> np.ndarray:
     """Return speeds strictly within a range [rad/s], denser near its ends, where branches meet.
 
-    Args:
-        low, high: ends of the range [rad/s].
-        speeds: rising speeds [rad/s]; those within the range are part of the result.
+    Parameters
+    ----------
+    low, high
+        Ends of the range [rad/s].
+    speeds
+        Rising speeds [rad/s]; those within the range are part of the result.
     """
     inside = speeds[(speeds > low) & (speeds < high)]
     ends = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 12)[1:-1]))

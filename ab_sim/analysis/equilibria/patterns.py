@@ -54,8 +54,10 @@ class Pattern(NamedTuple):
 def patterns_of(rotor: ClosedFormRotor) -> list[Pattern]:
     """Return all distinct patterns, those with more balls on the displacement's side first.
 
-    Raises:
-        SceneError: there are more than ``_MOST_PATTERNS``.
+    Raises
+    ------
+    SceneError
+        There are more than ``_MOST_PATTERNS``.
     """
     kinds = [[i for i, k in enumerate(rotor.kinds) if k == kind] for kind in sorted({*rotor.kinds})]
     count = math.prod(len(kind) + 1 for kind in kinds)
@@ -74,10 +76,14 @@ def patterns_of(rotor: ClosedFormRotor) -> list[Pattern]:
 def _pattern(rotor: ClosedFormRotor, kinds: list[list[int]], chosen: tuple[int, ...]) -> Pattern:
     """Return the pattern with ``chosen`` balls of each kind on the displacement's side.
 
-    Args:
-        rotor: closed-form parameters.
-        kinds: indices of the balls of each kind.
-        chosen: number of balls of each kind.
+    Parameters
+    ----------
+    rotor
+        Closed-form parameters.
+    kinds
+        Indices of the balls of each kind.
+    chosen
+        Number of balls of each kind.
     """
     signs = [-1] * len(rotor.kinds)
     for kind, count in zip(kinds, chosen, strict=True):
@@ -95,10 +101,14 @@ def _pattern(rotor: ClosedFormRotor, kinds: list[list[int]], chosen: tuple[int, 
 def radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
     """Return the positive roots W of G [m], the largest first.
 
-    Args:
-        rotor: parameters of the closed forms.
-        moment: pattern moment S [kg m].
-        speed: spindle speed w [rad/s].
+    Parameters
+    ----------
+    rotor
+        Parameters of the closed forms.
+    moment
+        Pattern moment S [kg m].
+    speed
+        Spindle speed w [rad/s].
     """
     w2 = speed * speed
     if w2 == 0.0 or (moment == 0.0 and rotor.unbalance == 0.0):
@@ -175,11 +185,16 @@ def _factored(a: float, b: float, s: float, d: float, e: float, x: float) -> tup
 def phase(rotor: ClosedFormRotor, moment: float, speed: float, W: float) -> float:
     """Return the phase phi of the displacement from the unbalance [rad].
 
-    Args:
-        rotor: parameters of the closed forms.
-        moment: pattern moment S [kg m].
-        speed: spindle speed w [rad/s].
-        W: radius, a root of G [m].
+    Parameters
+    ----------
+    rotor
+        Parameters of the closed forms.
+    moment
+        Pattern moment S [kg m].
+    speed
+        Spindle speed w [rad/s].
+    W
+        Radius, a root of G [m].
     """
     w2 = speed * speed
     real = (rotor.stiffness + rotor.cubic_stiffness * W * W - rotor.mass * w2) * W - w2 * moment
@@ -256,10 +271,14 @@ class _Curve(NamedTuple):
     def speeds(self, tangent: Any) -> np.ndarray:
         """Return the lower and the upper w > 0 on the curve [rad/s], NaN if missing.
 
-        Args:
-            tangent: values of tan(-phi/2), any shape.
+        Parameters
+        ----------
+        tangent
+            Values of tan(-phi/2), any shape.
 
-        Returns:
+        Returns
+        -------
+        np.ndarray
             Speeds, shape (2, ...).
         """
         a, b, c = self.at(np.asarray(tangent))[0]

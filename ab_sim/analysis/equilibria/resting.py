@@ -41,9 +41,11 @@ def resting_system(scene: Scene) -> System:
     Effects in ``LEFT_OUT`` are removed. Gravity is removed as well if it has no component across
     the shaft of a planar deck.
 
-    Raises:
-        SceneError: the deck model is not a built-in one, the spindle's angle is in the equations,
-            or its speed is a state.
+    Raises
+    ------
+    SceneError
+        The deck model is not a built-in one, the spindle's angle is in the equations, or its speed
+        is a state.
     """
     require_built_in(scene, "the search for resting states")
     smooth = without_events(scene)
@@ -70,10 +72,14 @@ def without_events(scene: Scene) -> Scene:
 def running_at(scene: Scene, speed: float, ball_angles: tuple[float, ...] | None = None) -> Scene:
     """Return a scene ``without_events`` that runs at a constant speed from its start.
 
-    Args:
-        scene: scene; its profile and requested accuracy are removed.
-        speed: spindle speed w [rad/s].
-        ball_angles: start angles [rad]; None for the default ones.
+    Parameters
+    ----------
+    scene
+        Scene; its profile and requested accuracy are removed.
+    speed
+        Spindle speed w [rad/s].
+    ball_angles
+        Start angles [rad]; None for the default ones.
     """
     spindle = Spindle(
         max_speed=max(scene.spindle.max_speed, abs(speed)),
@@ -110,11 +116,16 @@ def field_at(system: System, speed: float) -> VectorField:
 def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Return the state of deck and balls at rest on the rotating axes, shape (states,).
 
-    Args:
-        system: planar system.
-        speed: spindle speed w [rad/s].
-        u: displacement of the deck on the rotating axes [m], shape (2,). Its velocity is w J u.
-        theta: ball angles from the unbalance [rad], shape (n,).
+    Parameters
+    ----------
+    system
+        Planar system.
+    speed
+        Spindle speed w [rad/s].
+    u
+        Displacement of the deck on the rotating axes [m], shape (2,). Its velocity is w J u.
+    theta
+        Ball angles from the unbalance [rad], shape (n,).
     """
     layout: StateLayout = layout_of(system)
     state = np.zeros(layout.size)

@@ -72,18 +72,28 @@ def settles(
     Each coordinate is disturbed in both directions. Friction and contact are left out, as in the
     search for the state.
 
-    Args:
-        scene: scene of the state.
-        speed: spindle speed w [rad/s], not 0.
-        state: state from ``equilibria_of``.
-        size: size of the disturbances: of ball angles in rad, of displacements as a fraction of
-            the length unit e, of velocities of e w, of ball rates of w.
-        turns: duration of each motion in spindle revolutions.
+    Parameters
+    ----------
+    scene
+        Scene of the state.
+    speed
+        Spindle speed w [rad/s], not 0.
+    state
+        State from ``equilibria_of``.
+    size
+        Size of the disturbances: of ball angles in rad, of displacements as a fraction of the
+        length unit e, of velocities of e w, of ball rates of w.
+    turns
+        Duration of each motion in spindle revolutions.
 
-    Raises:
-        SceneError: as ``equilibria_of``.
-        InputError: the speed is so low that ``turns`` revolutions need too many steps.
-        DivergedError: a motion leaves all bounds.
+    Raises
+    ------
+    SceneError
+        As ``equilibria_of``.
+    InputError
+        The speed is so low that ``turns`` revolutions need too many steps.
+    DivergedError
+        A motion leaves all bounds.
     """
     system = resting_system(scene)
     n, length = len(system.balls), scene.whirl_unit[0]
@@ -120,11 +130,16 @@ def settles(
 def _distance(final: np.ndarray, rest: np.ndarray, scale: np.ndarray, n: int, zeros: int) -> float:
     """Return the largest scaled difference of two states.
 
-    Args:
-        final, rest: states, shape (4 + 2 n,).
-        scale: magnitudes of the states, same shape.
-        n: number of balls.
-        zeros: number of structural zeros; in a continuum (above 0) ball angles are ignored.
+    Parameters
+    ----------
+    final, rest
+        States, shape (4 + 2 n,).
+    scale
+        Magnitudes of the states, same shape.
+    n
+        Number of balls.
+    zeros
+        Number of structural zeros; in a continuum (above 0) ball angles are ignored.
     """
     apart = (final - rest) / scale
     apart[4 : 4 + n] = np.angle(np.exp(1j * apart[4 : 4 + n]))

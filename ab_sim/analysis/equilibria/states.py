@@ -49,11 +49,16 @@ def _spectrum(
 ) -> _Spectrum:
     """Return the eigenvalues of a Jacobian, with equal balls at one place treated as a group.
 
-    Args:
-        jacobian: Jacobian at a resting state, shape (states, states).
-        layout: places of deck, angles and rates in the state.
-        theta: ball angles [rad], shape (n,).
-        kinds: kind of each ball; equal balls share a number.
+    Parameters
+    ----------
+    jacobian
+        Jacobian at a resting state, shape (states, states).
+    layout
+        Places of deck, angles and rates in the state.
+    theta
+        Ball angles [rad], shape (n,).
+    kinds
+        Kind of each ball; equal balls share a number.
     """
     groups = _groups(theta, kinds)
     size, first = layout.size, layout.rates.start
@@ -81,8 +86,10 @@ def _balanced_spectrum(jacobian: np.ndarray, layout: StateLayout, theta: np.ndar
     The deck, two combinations of angles and the same two of rates act on each other. One further
     combination of angles and of rates represents n - 2 equivalent ones.
 
-    Args:
-        jacobian, layout, theta: see ``_spectrum``.
+    Parameters
+    ----------
+    jacobian, layout, theta
+        See ``_spectrum``.
     """
     along = np.linalg.svd(np.array([-np.sin(theta), np.cos(theta)]))[2]
     coupled, free = np.zeros((layout.size, layout.deck.stop + 4)), np.zeros((layout.size, 2))
@@ -217,12 +224,16 @@ def resting_state(
 ) -> RestingState:
     """Return a known resting state with its eigenvalues at a speed [rad/s].
 
-    Args:
-        system: a ``resting_system``.
-        speed: spindle speed w [rad/s].
-        label, u, theta, structural_zeros, assignments: see ``RestingState``.
-        balance_alike: whether three or more equal balls balance the rotor in an isotropic
-            suspension.
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    speed
+        Spindle speed w [rad/s].
+    label, u, theta, structural_zeros, assignments
+        See ``RestingState``.
+    balance_alike
+        Whether three or more equal balls balance the rotor in an isotropic suspension.
     """
     field, theta = field_at(system, speed), in_one_turn(np.asarray(theta, float))
     jacobian = field.jacobian(0.0, state_of(system, speed, u, theta))

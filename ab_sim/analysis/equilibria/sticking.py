@@ -49,14 +49,20 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
 
     For a ball without friction, low = high.
 
-    Args:
-        scene: scene with rolling_friction, race_friction or both.
-        speed: spindle speed w [rad/s].
-        state: state from ``equilibria_of``.
+    Parameters
+    ----------
+    scene
+        Scene with rolling_friction, race_friction or both.
+    speed
+        Spindle speed w [rad/s].
+    state
+        State from ``equilibria_of``.
 
-    Raises:
-        SceneError: as ``equilibria_of``; or an effect (a runout, a user-defined one) moves resting
-            states, which this method does not cover.
+    Raises
+    ------
+    SceneError
+        As ``equilibria_of``; or an effect (a runout, a user-defined one) moves resting states,
+        which this method does not cover.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
@@ -86,10 +92,14 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
 def _interval(slack: Callable[[np.ndarray], float], theta: np.ndarray, ball: int) -> Sticking:
     """Return the interval of a ball's angle around ``theta`` in which ``slack`` is positive.
 
-    Args:
-        slack: function of all ball angles [rad]; negative if friction does not hold some ball.
-        theta: ball angles at the frictionless state [rad], shape (n,).
-        ball: index of the ball that is moved.
+    Parameters
+    ----------
+    slack
+        Function of all ball angles [rad]; negative if friction does not hold some ball.
+    theta
+        Ball angles at the frictionless state [rad], shape (n,).
+    ball
+        Index of the ball that is moved.
     """
     ends = []
     for sense in (-1.0, 1.0):
@@ -114,11 +124,16 @@ def _deck(rotor: ClosedFormRotor, speed: float, theta: np.ndarray, near: np.ndar
 
     It solves D z = w^2 (M0 e + sum m R exp(i theta)), D as in ``patterns``.
 
-    Args:
-        rotor: closed-form parameters.
-        speed: spindle speed w [rad/s].
-        theta: ball angles [rad], shape (n,).
-        near: displacement from which Newton's method starts with a cubic spring [m], shape (2,).
+    Parameters
+    ----------
+    rotor
+        Closed-form parameters.
+    speed
+        Spindle speed w [rad/s].
+    theta
+        Ball angles [rad], shape (n,).
+    near
+        Displacement from which Newton's method starts with a cubic spring [m], shape (2,).
     """
     w2 = speed * speed
     pull = w2 * (rotor.unbalance + complex(np.array(rotor.moments) @ np.exp(1j * theta)))

@@ -52,9 +52,12 @@ class CurvePoint(NamedTuple):
 class EquilibriumCurve:
     """Resting states of a system, as a curve in z = (state / scale, speed / fastest).
 
-    Args:
-        system: a ``resting_system``.
-        fastest: speed that scales the speeds [rad/s].
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    fastest
+        Speed that scales the speeds [rad/s].
     """
 
     def __init__(self, system: System, fastest: float) -> None:
@@ -118,12 +121,18 @@ class EquilibriumCurve:
 
         The curve ends where it leaves the range, closes, or cannot be continued.
 
-        Args:
-            start: point on the curve.
-            sense: 1 if the first step raises the speed, -1 if it lowers it.
-            low, high: range of speeds [rad/s].
+        Parameters
+        ----------
+        start
+            Point on the curve.
+        sense
+            1 if the first step raises the speed, -1 if it lowers it.
+        low, high
+            Range of speeds [rad/s].
 
-        Returns:
+        Returns
+        -------
+        list[CurvePoint]
             Points in the order of the curve, with its folds and the start. A closed curve ends with
             ``start`` itself.
         """
@@ -217,10 +226,14 @@ def traced_branches(
 ) -> OverSpeed:
     """Return ``branches_over_speed`` for effects without a closed form.
 
-    Args:
-        system: a ``resting_system``.
-        speeds: rising speeds > 0 [rad/s], see ``branches_over_speed``.
-        progress: called with the current task, the number of finished seeds and their number.
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    speeds
+        Rising speeds > 0 [rad/s], see ``branches_over_speed``.
+    progress
+        Called with the current task, the number of finished seeds and their number.
     """
     low, high = float(speeds[0]), float(speeds[-1])
     seeds = np.unique(np.concatenate([[high], np.geomspace(max(low, high / 30.0), high, _SEEDS)]))

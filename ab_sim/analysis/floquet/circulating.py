@@ -88,12 +88,17 @@ def circulating_solution(scene: Scene, bunch: CirculatingBunch) -> CirculatingSo
 
     Steps are halved until the period changes by less than ``CONVERGED``, relative to its length.
 
-    Args:
-        scene: planar scene, of which the closed form gave the bunch.
-        bunch: bunch by the closed form, the first guess of Newton's method.
+    Parameters
+    ----------
+    scene
+        Planar scene, of which the closed form gave the bunch.
+    bunch
+        Bunch by the closed form, the first guess of Newton's method.
 
-    Raises:
-        SceneError: the closed form does not cover the scene, or the scene has friction.
+    Raises
+    ------
+    SceneError
+        The closed form does not cover the scene, or the scene has friction.
     """
     speed = bunch.spindle_speed
     beat = BeatMap(scene, speed, bunch.count)
@@ -118,13 +123,19 @@ def circulating_solution(scene: Scene, bunch: CirculatingBunch) -> CirculatingSo
 class BeatMap:
     """Map P_T of the state over one beat, at a constant spindle speed.
 
-    Args:
-        scene: planar scene.
-        speed: spindle speed w [rad/s].
-        count: number of circulating balls; they are the first ones.
+    Parameters
+    ----------
+    scene
+        Planar scene.
+    speed
+        Spindle speed w [rad/s].
+    count
+        Number of circulating balls; they are the first ones.
 
-    Raises:
-        SceneError: the closed form does not cover the scene, or the scene has friction.
+    Raises
+    ------
+    SceneError
+        The closed form does not cover the scene, or the scene has friction.
     """
 
     def __init__(self, scene: Scene, speed: float, count: int) -> None:
@@ -142,8 +153,10 @@ class BeatMap:
     def gap(self, states: np.ndarray) -> np.ndarray:
         """Return the gap P_T(y) - y without the bunch's revolution, shape (states,).
 
-        Args:
-            states: states of one period, from its start to its end, shape (steps + 1, states).
+        Parameters
+        ----------
+        states
+            States of one period, from its start to its end, shape (steps + 1, states).
         """
         gap: np.ndarray = states[-1] - states[0] - self._round
         return gap
@@ -151,10 +164,14 @@ class BeatMap:
     def shoot(self, state: np.ndarray, period: float, steps: int) -> CirculatingSolution | None:
         """Return the periodic solution near a guess; None if Newton's method does not converge.
 
-        Args:
-            state: state at the start, shape (states,).
-            period: period T [s].
-            steps: number of steps in a period.
+        Parameters
+        ----------
+        state
+            State at the start, shape (states,).
+        period
+            Period T [s].
+        steps
+            Number of steps in a period.
         """
 
         def trial(

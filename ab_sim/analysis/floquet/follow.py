@@ -73,7 +73,9 @@ def _solution(
 ) -> tuple[Solution | None, bool]:
     """Return the result of ``solved``, from the disk cache if it was computed before.
 
-    Returns:
+    Returns
+    -------
+    tuple[Solution | None, bool]
         The solution, None if none was found; and whether a named start was used.
     """
     kept = ResultCache(solved).of(
@@ -87,20 +89,29 @@ def solved(
 ) -> Result:
     """Return the first periodic solution found along a secant or from named starts.
 
-    Args:
-        scene: scene; its profile is ignored.
-        speed: spindle speed w [rad/s].
-        secant: states of two solutions, on whose line the search begins; None to use starts only.
-        share: position on the line: 0 at the first state, 1 at the second, above 1 beyond it.
-        starts: names in ``STARTS`` for use if the line gives no solution; empty for no further
-            search.
+    Parameters
+    ----------
+    scene
+        Scene; its profile is ignored.
+    speed
+        Spindle speed w [rad/s].
+    secant
+        States of two solutions, on whose line the search begins; None to use starts only.
+    share
+        Position on the line: 0 at the first state, 1 at the second, above 1 beyond it.
+    starts
+        Names in ``STARTS`` for use if the line gives no solution; empty for no further search.
 
-    Returns:
+    Returns
+    -------
+    Result
         ``solution``: report of the ``Stability``, None if none was found; ``new``: True if a named
         start was used.
 
-    Raises:
-        SceneError, InputError: see ``TurnMap``.
+    Raises
+    ------
+    SceneError, InputError
+        See ``TurnMap``.
     """
     turn = TurnMap(scene, speed)
     if secant is not None and len(secant[1]) == len(secant[0]) == turn.layout.size:
@@ -129,16 +140,24 @@ Case = Callable[[float], tuple[Scene, float]]
 def case_of(scene: Scene, key: str, values: Sequence[float], speed: float, option: str) -> Case:
     """Return the function that applies values of a parameter to a scene.
 
-    Args:
-        scene: scene to be changed.
-        key: dotted key of the scene, or ``SPEED``.
-        values: all values, SI, at least one. If all are whole, whole values are passed to the scene
-            as integers, which counts need.
-        speed: spindle speed [rad/s] for keys other than ``SPEED``.
-        option: text before the value in the name of a changed scene and in messages.
+    Parameters
+    ----------
+    scene
+        Scene to be changed.
+    key
+        Dotted key of the scene, or ``SPEED``.
+    values
+        All values, SI, at least one. If all are whole, whole values are passed to the scene as
+        integers, which counts need.
+    speed
+        Spindle speed [rad/s] for keys other than ``SPEED``.
+    option
+        Text before the value in the name of a changed scene and in messages.
 
-    Raises:
-        SceneError: the scene with the first or the last value is invalid.
+    Raises
+    ------
+    SceneError
+        The scene with the first or the last value is invalid.
     """
     if key == SPEED:
         return lambda value: (scene, value)
@@ -272,15 +291,23 @@ def follow(
 
     Each solution is cached on disk, so that a repeated or interrupted call continues.
 
-    Args:
-        key: dotted key of the parameter, or ``SPEED``.
-        case: function that applies a value of the parameter; see ``case_of``.
-        values: values in the order of the continuation, at least one.
-        starts: names in ``STARTS`` from which a search begins, in order.
-        progress: called with the number of finished values.
+    Parameters
+    ----------
+    key
+        Dotted key of the parameter, or ``SPEED``.
+    case
+        Function that applies a value of the parameter; see ``case_of``.
+    values
+        Values in the order of the continuation, at least one.
+    starts
+        Names in ``STARTS`` from which a search begins, in order.
+    progress
+        Called with the number of finished values.
 
-    Raises:
-        SceneError, InputError: a value gives no valid scene, or one without a turn map.
+    Raises
+    ------
+    SceneError, InputError
+        A value gives no valid scene, or one without a turn map.
     """
     points: list[FollowedPoint] = []
     borders: list[Border] = []
@@ -298,11 +325,16 @@ def follow(
 def _search(points: Sequence[FollowedPoint], value: float) -> tuple[Secant | None, float]:
     """Return the secant through the last two solutions and the position of a value on it.
 
-    Args:
-        points: points so far.
-        value: value of the parameter of the next point.
+    Parameters
+    ----------
+    points
+        Points so far.
+    value
+        Value of the parameter of the next point.
 
-    Returns:
+    Returns
+    -------
+    tuple[Secant | None, float]
         The secant, None if the last point has no solution; and the share, see ``solved``.
     """
     if not points or (last := points[-1]).solution is None:

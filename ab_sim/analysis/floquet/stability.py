@@ -127,8 +127,10 @@ def none_found(scene: Scene, speed: float) -> dict[str, Any]:
 def held_speed(scene: Scene) -> float:
     """Return the final speed of a scene [rad/s].
 
-    Raises:
-        InputError: the final speed is 0.
+    Raises
+    ------
+    InputError
+        The final speed is 0.
     """
     speed = last_speed(scene)
     if speed == 0.0:
@@ -142,17 +144,25 @@ def held_speed(scene: Scene) -> float:
 def solutions_of(scene: Scene, speed: float | None = None, start: str = "") -> list[Stability]:
     """Return the periodic solutions found for a scene at a constant speed, with multipliers.
 
-    Args:
-        scene: scene; its profile only supplies the speed.
-        speed: spindle speed w [rad/s]; default: the final speed of the scene.
-        start: name in ``STARTS``; default: all. Equal balls that start at one place never separate,
-            so ``balanced`` is then tried first.
+    Parameters
+    ----------
+    scene
+        Scene; its profile only supplies the speed.
+    speed
+        Spindle speed w [rad/s]; default: the final speed of the scene.
+    start
+        Name in ``STARTS``; default: all. Equal balls that start at one place never separate, so
+        ``balanced`` is then tried first.
 
-    Returns:
+    Returns
+    -------
+    list[Stability]
         Distinct solutions in the order of their starts; empty if none was found.
 
-    Raises:
-        SceneError, InputError: see ``TurnMap``; or the start is unknown.
+    Raises
+    ------
+    SceneError, InputError
+        See ``TurnMap``; or the start is unknown.
     """
     turn = TurnMap(scene, held_speed(scene) if speed is None else speed)
     solutions: list[Stability] = []
@@ -187,12 +197,18 @@ def _same(turn: TurnMap, one: Stability, other: Stability) -> bool:
 def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
     """Return an orbit's stability; steps are halved until the multipliers no longer change.
 
-    Args:
-        turn: turn map of the orbit.
-        orbit: orbit with any number of steps.
-        name: origin of the orbit, for ``Stability.found_from``.
+    Parameters
+    ----------
+    turn
+        Turn map of the orbit.
+    orbit
+        Orbit with any number of steps.
+    name
+        Origin of the orbit, for ``Stability.found_from``.
 
-    Returns:
+    Returns
+    -------
+    Stability | None
         The solution; None if it does not exist with smaller steps.
     """
     multipliers, difference = _multipliers_of(orbit), math.inf
@@ -295,10 +311,14 @@ def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
 def _interpolate_periodic(values: np.ndarray) -> np.ndarray:
     """Interpolate a periodic function between equidistant samples by its Fourier series.
 
-    Args:
-        values: real or complex samples of one period without its end.
+    Parameters
+    ----------
+    values
+        Real or complex samples of one period without its end.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Complex samples: ``SAMPLES``, or the number of ``values`` if that is larger.
     """
     waves, count = np.fft.fft(values), len(values)

@@ -59,10 +59,13 @@ def newton(
 ) -> Candidate | None:
     """Return the solution that Newton's method reaches from a guess; None if it does not converge.
 
-    Args:
-        trial: function of a guess and the number of the iteration. It returns the candidate at the
-            guess, its scaled residual, and a function for the next guess (None if not finite).
-        guess: first guess.
+    Parameters
+    ----------
+    trial
+        Function of a guess and the number of the iteration. It returns the candidate at the guess,
+        its scaled residual, and a function for the next guess (None if not finite).
+    guess
+        First guess.
     """
     best, smallest = None, math.inf
     for iteration in range(_NEWTON):
@@ -110,14 +113,20 @@ class Orbit(NamedTuple):
 class TurnMap:
     """Map P of the state over one spindle revolution, at a constant speed.
 
-    Args:
-        scene: scene; its profile is ignored.
-        speed: spindle speed w [rad/s].
+    Parameters
+    ----------
+    scene
+        Scene; its profile is ignored.
+    speed
+        Spindle speed w [rad/s].
 
-    Raises:
-        InputError: the spindle stands still, or exceeds the limit of scenes.
-        SceneError: the scene has events, a spindle speed that is a state, a decay too fast for the
-            largest number of steps, or a deck model that is not built in.
+    Raises
+    ------
+    InputError
+        The spindle stands still, or exceeds the limit of scenes.
+    SceneError
+        The scene has events, a spindle speed that is a state, a decay too fast for the largest
+        number of steps, or a deck model that is not built in.
     """
 
     def __init__(self, scene: Scene, speed: float) -> None:
@@ -172,7 +181,9 @@ class TurnMap:
     def basis(self, state: np.ndarray) -> np.ndarray:
         """Return the directions of the independent coordinates at a state, one per column.
 
-        Returns:
+        Returns
+        -------
+        np.ndarray
             Array with shape (states, 2 (K + n)). It differs from the identity only if the deck's
             state contains a quaternion.
         """
@@ -187,9 +198,12 @@ class TurnMap:
     def shoot(self, guess: np.ndarray, steps: int | None = None) -> Orbit | None:
         """Return the periodic solution near a guess; None if Newton's method does not converge.
 
-        Args:
-            guess: state at the start of a turn.
-            steps: number of steps in a turn; default ``fewest``.
+        Parameters
+        ----------
+        guess
+            State at the start of a turn.
+        steps
+            Number of steps in a turn; default ``fewest``.
         """
         number, state = steps or self.fewest, guess.copy()
         state[self.layout.angles] = within_turn(state[self.layout.angles])
@@ -254,8 +268,10 @@ def within_turn(angles: np.ndarray) -> np.ndarray:
 def _check_smooth(scene: Scene, effects: tuple[object, ...]) -> None:
     """Refuse scenes with friction or contact, whose motion is not smooth.
 
-    Raises:
-        SceneError: there are such effects; the message names those to remove.
+    Raises
+    ------
+    SceneError
+        There are such effects; the message names those to remove.
     """
     if not (has_friction(effects) or has_contact(effects)):
         return
@@ -287,8 +303,10 @@ def _from_balance(turn: TurnMap) -> np.ndarray:
 def _from_settling(turn: TurnMap) -> np.ndarray:
     """Return the state after up to ``TURNS`` revolutions at constant speed from the scene's start.
 
-    Raises:
-        FloatingPointError: the motion grows without bound.
+    Raises
+    ------
+    FloatingPointError
+        The motion grows without bound.
     """
     state = turn.scene_start()
     for _ in range(TURNS):
@@ -335,11 +353,16 @@ def balanced_angles(turn: TurnMap) -> np.ndarray:
 def find_orbit(turn: TurnMap, names: Sequence[str]) -> tuple[Orbit | None, str]:
     """Return the first periodic solution found from named starts, and the name of its start.
 
-    Args:
-        turn: turn map of the scene.
-        names: names in ``STARTS``, in the order in which they are tried.
+    Parameters
+    ----------
+    turn
+        Turn map of the scene.
+    names
+        Names in ``STARTS``, in the order in which they are tried.
 
-    Returns:
+    Returns
+    -------
+    tuple[Orbit | None, str]
         The solution and its name; None and an empty text if there is none from these starts.
     """
     for name in names:

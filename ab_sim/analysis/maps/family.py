@@ -36,8 +36,10 @@ class Family(NamedTuple):
 def values_of(text: str) -> tuple[str, tuple[float, ...]]:
     """Parse ``KEY=V,V,...`` to the key and its values, SI.
 
-    Raises:
-        InputError: the text has another form; the message names the form.
+    Raises
+    ------
+    InputError
+        The text has another form; the message names the form.
     """
     key, equals, list_ = text.partition("=")
     try:
@@ -57,9 +59,12 @@ def values_of(text: str) -> tuple[str, tuple[float, ...]]:
 def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
     """Return a copy of the plane for each value of the key.
 
-    Raises:
-        InputError: the key is on an axis, or is not a key of a scene.
-        SceneError: a value is not allowed; the message names it.
+    Raises
+    ------
+    InputError
+        The key is on an axis, or is not a key of a scene.
+    SceneError
+        A value is not allowed; the message names it.
     """
     if key in (plane.across.key, plane.up.key, SPEED):
         raise InputError(f"each {key}: is on an axis, or the spindle's speed; name another key")
@@ -81,14 +86,21 @@ def family(
 ) -> Family:
     """Compute a map for each value of a third parameter.
 
-    Args:
-        plane: plane of the maps.
-        key: dotted key of the third parameter.
-        values: its values, SI.
-        coarse, workers, tell: see ``stability_map``.
+    Parameters
+    ----------
+    plane
+        Plane of the maps.
+    key
+        Dotted key of the third parameter.
+    values
+        Its values, SI.
+    coarse, workers, tell
+        See ``stability_map``.
 
-    Raises:
-        InputError, SceneError: see ``members`` and ``stability_map``.
+    Raises
+    ------
+    InputError, SceneError
+        See ``members`` and ``stability_map``.
     """
     planes = members(plane, key, values)
     maps = tuple(stability_map(plane, coarse, workers, tell) for plane in planes)
@@ -155,8 +167,10 @@ def with_balls(scene: Scene, count: int) -> Scene:
     The drag on each ball is scaled with its mass, so that drag per mass, the papers' zeta_B, is
     unchanged, as are M and M0. Start angles are removed.
 
-    Raises:
-        SceneError: the balls differ, there are none, or their number is not allowed.
+    Raises
+    ------
+    SceneError
+        The balls differ, there are none, or their number is not allowed.
     """
     if len({*scene.balls.masses}) != 1:
         raise SceneError(
@@ -181,9 +195,12 @@ def with_balls(scene: Scene, count: int) -> Scene:
 def plane_with_balls(plane: Plane, count: int) -> Plane:
     """Return the same plane with another number of balls, see ``with_balls``.
 
-    Raises:
-        InputError: the key of an axis depends on the number of balls.
-        SceneError: see ``with_balls``.
+    Raises
+    ------
+    InputError
+        The key of an axis depends on the number of balls.
+    SceneError
+        See ``with_balls``.
     """
     if count < 1:
         raise InputError(f"against {count} balls: must be at least 1")

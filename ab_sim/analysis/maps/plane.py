@@ -35,14 +35,19 @@ class Axis(NamedTuple):
 def axis(key: str, first: float, last: float, count: int = COUNT) -> Axis:
     """Return evenly spaced values of a parameter.
 
-    Args:
-        key: dotted key of a scene, e.g. ``effects.suspension.damping``, or ``speed``.
-        first, last: end values, in either order; finite and different.
-        count: number of values, from 2 to 2000.
+    Parameters
+    ----------
+    key
+        Dotted key of a scene, e.g. ``effects.suspension.damping``, or ``speed``.
+    first, last
+        End values, in either order; finite and different.
+    count
+        Number of values, from 2 to 2000.
 
-    Raises:
-        InputError: an argument is invalid; the message names the key, the value and the allowed
-            range.
+    Raises
+    ------
+    InputError
+        An argument is invalid; the message names the key, the value and the allowed range.
     """
     for end in (first, last):
         if not math.isfinite(end):
@@ -59,8 +64,10 @@ def axis(key: str, first: float, last: float, count: int = COUNT) -> Axis:
 def axes_of(text: str) -> tuple[Axis, Axis]:
     """Return the axes across and up of ``KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]``.
 
-    Raises:
-        InputError: the text is invalid.
+    Raises
+    ------
+    InputError
+        The text is invalid.
     """
     parts = text.split(",")
     if len(parts) != 2:
@@ -77,8 +84,10 @@ def axes_of(text: str) -> tuple[Axis, Axis]:
 def _axis_of(text: str) -> Axis:
     """Parse ``KEY=FROM:TO[:COUNT]`` to an axis.
 
-    Raises:
-        InputError: the text is invalid.
+    Raises
+    ------
+    InputError
+        The text is invalid.
     """
     key, equals, range_ = text.partition("=")
     numbers = range_.split(":")
@@ -127,12 +136,17 @@ class Plane(NamedTuple):
     def at(self, row: int, column: int) -> tuple[Scene, float]:
         """Return the scene of a point, and its speed [rad/s].
 
-        Args:
-            row: index of the value up; negative ones count from the end.
-            column: index of the value across.
+        Parameters
+        ----------
+        row
+            Index of the value up; negative ones count from the end.
+        column
+            Index of the value across.
 
-        Raises:
-            SceneError: the values give no valid scene; the message names key and value.
+        Raises
+        ------
+        SceneError
+            The values give no valid scene; the message names key and value.
         """
         values: dict[str, Any] = {
             self.across.key: _plain(self.across.values[column]),
@@ -146,9 +160,12 @@ class Plane(NamedTuple):
     def check(self) -> None:
         """Refuse a plane that cannot be mapped before anything is computed.
 
-        Raises:
-            InputError: a key does not affect resting states.
-            SceneError: a corner gives no valid scene.
+        Raises
+        ------
+        InputError
+            A key does not affect resting states.
+        SceneError
+            A corner gives no valid scene.
         """
         for axis in (self.across, self.up):
             if axis.key.partition(".")[0] in IDLE:

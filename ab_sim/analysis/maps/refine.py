@@ -37,12 +37,17 @@ class Refined(NamedTuple):
 def check_coarse(coarse: int, setting: str) -> None:
     """Refuse an initial spacing that cannot be halved down to 1.
 
-    Args:
-        coarse: initial spacing of the points.
-        setting: name and value for the message.
+    Parameters
+    ----------
+    coarse
+        Initial spacing of the points.
+    setting
+        Name and value for the message.
 
-    Raises:
-        InputError: ``coarse`` is not a power of two.
+    Raises
+    ------
+    InputError
+        ``coarse`` is not a power of two.
     """
     if coarse < 1 or coarse & (coarse - 1):
         raise InputError(f"{setting}: must be a power of two: 1, 2, 4, 8, ...")
@@ -53,13 +58,19 @@ def refined(
 ) -> Refined:
     """Return the labels of a grid, computed near their borders.
 
-    Args:
-        verdicts: function that returns the labels of points; it gets each point at most once.
-        shape: number of rows and of columns.
-        coarse: spacing to begin with, a power of two.
+    Parameters
+    ----------
+    verdicts
+        Function that returns the labels of points; it gets each point at most once.
+    shape
+        Number of rows and of columns.
+    coarse
+        Spacing to begin with, a power of two.
 
-    Raises:
-        InputError: ``coarse`` is not a power of two.
+    Raises
+    ------
+    InputError
+        ``coarse`` is not a power of two.
     """
     check_coarse(coarse, f"coarse = {coarse!r}")
     grid = Refined(np.full(shape, _NOT_YET), np.zeros(shape, bool))

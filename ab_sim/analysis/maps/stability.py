@@ -155,18 +155,23 @@ def stability_map(
 ) -> StabilityMap:
     """Compute the labels of a plane; computed points are cached on disk.
 
-    Args:
-        plane: plane to be mapped.
-        coarse: initial spacing of the points, a power of two; smaller islands may be missed
-            (``refine``); 1 computes every point.
-        workers: number of processes; more than one needs a program with ``if __name__ ==
-            "__main__":``.
-        tell: called with the current task, the number of finished points and the total so far. An
-            exception in it ends the work.
+    Parameters
+    ----------
+    plane
+        Plane to be mapped.
+    coarse
+        Initial spacing of the points, a power of two; smaller islands may be missed (``refine``); 1
+        computes every point.
+    workers
+        Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
+    tell
+        Called with the current task, the number of finished points and the total so far. An
+        exception in it ends the work.
 
-    Raises:
-        SceneError: a point gives no valid scene or has no resting states; the message names key and
-            value.
+    Raises
+    ------
+    SceneError
+        A point gives no valid scene or has no resting states; the message names key and value.
     """
     plane.check()
     numbers = {

@@ -87,8 +87,10 @@ def verdict(scene: Scene, speed: float) -> int:
 
     It equals ``label_of`` applied to ``equilibria_of``, and is several times as fast.
 
-    Raises:
-        SceneError: the scene's equations have no resting states.
+    Raises
+    ------
+    SceneError
+        The scene's equations have no resting states.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
@@ -141,10 +143,14 @@ def _verdicts(
     The eigenvalues of all states are computed together. States whose sign may be wrong due to
     rounding are computed again with error bounds.
 
-    Args:
-        system: a ``resting_system``.
-        rotor: closed-form parameters of the system.
-        speed: spindle speed w [rad/s], not 0.
+    Parameters
+    ----------
+    system
+        a ``resting_system``.
+    rotor
+        Closed-form parameters of the system.
+    speed
+        Spindle speed w [rad/s], not 0.
     """
     places = [p for pattern in patterns_of(rotor) for p in clustered_places(rotor, speed, pattern)]
     places += [balanced_place(rotor, theta) for theta in positions_at(system, rotor, speed)]

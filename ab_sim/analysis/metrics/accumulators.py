@@ -332,11 +332,16 @@ class OncePerTurnAccumulator:
 def _add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: Table) -> None:
     """Add weighted displacements on axes that turn with the rotor; to be compiled.
 
-    Args:
-        weights: weights of the samples, shape (samples,).
-        x, y: displacements of runs on fixed axes [m], shape (runs, samples).
-        angle: spindle angle psi [rad], same shape.
-        sums: sums of each run along the rotor's axes [m], shape (runs, 2); updated.
+    Parameters
+    ----------
+    weights
+        Weights of the samples, shape (samples,).
+    x, y
+        Displacements of runs on fixed axes [m], shape (runs, samples).
+    angle
+        Spindle angle psi [rad], same shape.
+    sums
+        Sums of each run along the rotor's axes [m], shape (runs, 2); updated.
     """
     for run in range(x.shape[0]):
         for k in range(x.shape[1]):

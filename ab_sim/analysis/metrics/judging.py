@@ -92,11 +92,15 @@ def limits_of(scene: Scene) -> tuple[float, float]:
 class JudgedRuns:
     """Data of runs, available before their samples.
 
-    Args:
-        scenes: scenes of the runs; their samples have the same channels. A lazy sequence may create
-            them on access.
-        samples: number of samples of each run.
-        numbers: values of the scenes, if known; by default they are read from the scenes.
+    Parameters
+    ----------
+    scenes
+        Scenes of the runs; their samples have the same channels. A lazy sequence may create them on
+        access.
+    samples
+        Number of samples of each run.
+    numbers
+        Values of the scenes, if known; by default they are read from the scenes.
     """
 
     def __init__(
@@ -133,11 +137,16 @@ class JudgedRuns:
 class SampleBlock:
     """Successive samples of some runs, with displacements relative to the deck's rest position.
 
-    Args:
-        channels: channels of the samples.
-        samples: shape (runs, samples, channels).
-        late: number of samples at the end that are in the last stretch; may be 0.
-        before: the preceding samples, two if available; None at the start of the runs.
+    Parameters
+    ----------
+    channels
+        Channels of the samples.
+    samples
+        Shape (runs, samples, channels).
+    late
+        Number of samples at the end that are in the last stretch; may be 0.
+    before
+        The preceding samples, two if available; None at the start of the runs.
     """
 
     def __init__(
@@ -217,12 +226,18 @@ def accumulate(
 ) -> dict[type[Any], Any]:
     """Return accumulators of these kinds, and of those they depend on, after all passes.
 
-    Args:
-        blocks: function that starts at the beginning of the runs on each call.
-        runs: data of the runs.
-        kinds: classes of accumulators.
+    Parameters
+    ----------
+    blocks
+        Function that starts at the beginning of the runs on each call.
+    runs
+        Data of the runs.
+    kinds
+        Classes of accumulators.
 
-    Returns:
+    Returns
+    -------
+    dict[type[Any], Any]
         Accumulators by class.
     """
     done: dict[type[Any], Any] = {}

@@ -234,9 +234,12 @@ class Metric(Generic[T]):
     def as_reported(self, value: Any, eccentricity: float) -> object:
         """Return a JSON-able value in the metric's unit.
 
-        Args:
-            value: value in SI units; None stays None.
-            eccentricity: eccentricity e [m]; if it is 0, a whirl in e is None.
+        Parameters
+        ----------
+        value
+            Value in SI units; None stays None.
+        eccentricity
+            Eccentricity e [m]; if it is 0, a whirl in e is None.
         """
         if value is None:
             return None
@@ -249,9 +252,12 @@ class Metric(Generic[T]):
     def all_as_reported(self, values: list[T], eccentricities: np.ndarray) -> list[Any]:
         """Return JSON-able values of runs, see ``as_reported``.
 
-        Args:
-            values: value of each run.
-            eccentricities: eccentricity e of each run [m], shape (runs,).
+        Parameters
+        ----------
+        values
+            Value of each run.
+        eccentricities
+            Eccentricity e of each run [m], shape (runs,).
         """
         if self.plain is _as_it_is and self.unit not in ("e", "mm/s"):
             return list(values)
@@ -268,8 +274,10 @@ _metrics: dict[str, Metric[Any]] = {}
 def register(metric: Metric[T]) -> Metric[T]:
     """Register a metric and return it.
 
-    Raises:
-        ValueError: another metric has the key.
+    Raises
+    ------
+    ValueError
+        Another metric has the key.
     """
     if metric.key in _metrics:
         raise ValueError(f"metric {metric.key!r} is registered twice")
@@ -286,8 +294,10 @@ def reported_metrics() -> list[Metric[Any]]:
 def described_metrics(name: str | None = None) -> list[MetricInWords]:
     """Return descriptions of all metrics in reports, or of the one with this name.
 
-    Raises:
-        InputError: the name is unknown; the message names the nearest, and all.
+    Raises
+    ------
+    InputError
+        The name is unknown; the message names the nearest, and all.
     """
     metrics = [description for metric in reported_metrics() for description in metric.described()]
     if name is None:
@@ -301,8 +311,10 @@ def described_metrics(name: str | None = None) -> list[MetricInWords]:
 def metrics_named(keys: Iterable[str] | None) -> list[Metric[Any]]:
     """Return the metrics with these keys; if None, all metrics, including unreported ones.
 
-    Raises:
-        InputError: a key is unknown; the message names the nearest, and all.
+    Raises
+    ------
+    InputError
+        A key is unknown; the message names the nearest, and all.
     """
     load_installed()
     if keys is None:
@@ -315,8 +327,10 @@ def metrics_named(keys: Iterable[str] | None) -> list[Metric[Any]]:
 def _named(key: str) -> Metric[Any]:
     """Return the metric with a key.
 
-    Raises:
-        InputError: the key is unknown, or that of a ratio, which only ``ab-sim run`` computes.
+    Raises
+    ------
+    InputError
+        The key is unknown, or that of a ratio, which only ``ab-sim run`` computes.
     """
     if key in _metrics:
         return _metrics[key]
@@ -339,9 +353,12 @@ def _unknown(name: str, names: list[str]) -> InputError:
 class MetricValues:
     """Values of metrics for one run.
 
-    Args:
-        values: values by key, whirls in m.
-        eccentricity: eccentricity e of the scene [m].
+    Parameters
+    ----------
+    values
+        Values by key, whirls in m.
+    eccentricity
+        Eccentricity e of the scene [m].
     """
 
     def __init__(self, values: Mapping[str, object], eccentricity: float) -> None:
@@ -352,8 +369,10 @@ class MetricValues:
     def of(self, metric: Metric[T]) -> T:
         """Return the value of a metric in SI units.
 
-        Raises:
-            InputError: the metric was not computed for this run.
+        Raises
+        ------
+        InputError
+            The metric was not computed for this run.
         """
         if metric.key not in self.values:
             raise InputError(
@@ -365,8 +384,10 @@ class MetricValues:
     def __getitem__(self, key: str) -> object:
         """Return the reported value of a metric by its key.
 
-        Raises:
-            InputError: the key is unknown, or the metric was not computed for this run.
+        Raises
+        ------
+        InputError
+            The key is unknown, or the metric was not computed for this run.
         """
         metric = _named(key)
         return metric.as_reported(self.of(metric), self._eccentricity)
@@ -387,9 +408,10 @@ class MetricValues:
     def report(self, eccentricity: float | None = None) -> dict[str, object]:
         """Return JSON-able values by key, whirls in units of the eccentricity.
 
-        Args:
-            eccentricity: eccentricity e [m]; None for the scene's. If it is 0, whirls in e are
-                None.
+        Parameters
+        ----------
+        eccentricity
+            Eccentricity e [m]; None for the scene's. If it is 0, whirls in e are None.
         """
         e = self._eccentricity if eccentricity is None else eccentricity
         return {

@@ -75,15 +75,22 @@ def metrics_of_blocks(
 ) -> Metrics:
     """Compute the metrics of a run that does not fit into memory, in ``passes_of`` passes.
 
-    Args:
-        blocks: function that starts at the beginning of the run on each call; it yields successive
-            trajectories, none of them empty.
-        count: number of samples, at least 1.
-        scene: scene of the run.
-        keys: see ``metrics_of``.
+    Parameters
+    ----------
+    blocks
+        Function that starts at the beginning of the run on each call; it yields successive
+        trajectories, none of them empty.
+    count
+        Number of samples, at least 1.
+    scene
+        Scene of the run.
+    keys
+        See ``metrics_of``.
 
-    Raises:
-        InputError: see ``metrics_of``.
+    Raises
+    ------
+    InputError
+        See ``metrics_of``.
     """
     runs = JudgedRuns([scene], count)
     return _of_first_run(_computed(lambda: in_blocks(blocks, runs), runs, keys), scene)
@@ -98,19 +105,29 @@ def metrics_of_runs(
 ) -> dict[str, list[object]]:
     """Compute the metrics of several runs; the values of a run do not depend on the others.
 
-    Args:
-        runs: data of the runs.
-        channels: channels of the samples.
-        samples: samples from the start of each run to its end, shape (runs, samples, channels).
-        keys: see ``metrics_of``.
-        whirl: for planar decks, W [m] at all samples if already computed by ``whirl_of``, shape
-            (runs, samples).
+    Parameters
+    ----------
+    runs
+        Data of the runs.
+    channels
+        Channels of the samples.
+    samples
+        Samples from the start of each run to its end, shape (runs, samples, channels).
+    keys
+        See ``metrics_of``.
+    whirl
+        For planar decks, W [m] at all samples if already computed by ``whirl_of``, shape (runs,
+        samples).
 
-    Returns:
+    Returns
+    -------
+    dict[str, list[object]]
         Values of each run by key, whirls in m.
 
-    Raises:
-        InputError: see ``metrics_of``.
+    Raises
+    ------
+    InputError
+        See ``metrics_of``.
     """
     block = as_one_block(channels, samples, runs, whirl)
     return _computed(lambda: [block], runs, keys)

@@ -39,9 +39,12 @@ class RotorResiduals:
 
     If the whole is 0, the root mean square of abs(sum p_i exp(i theta_i)).
 
-    Args:
-        parts: p_i of each ball, shape (runs, balls).
-        wholes: unbalance or couple of each rotor, shape (runs,), real or complex.
+    Parameters
+    ----------
+    parts
+        p_i of each ball, shape (runs, balls).
+    wholes
+        Unbalance or couple of each rotor, shape (runs,), real or complex.
     """
 
     def __init__(self, parts: np.ndarray, wholes: np.ndarray) -> None:
@@ -56,8 +59,10 @@ class RotorResiduals:
     def take(self, angles: np.ndarray) -> np.ndarray:
         """Add the ball angles of further samples; return squared residuals, shape (runs, samples).
 
-        Args:
-            angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.
+        Parameters
+        ----------
+        angles
+            Ball angles [rad], shape (runs, samples, balls), C-contiguous.
         """
         squares = np.empty(angles.shape[:2])
         compiled(_residual_squares)(self._offset, self._real, self._imaginary, angles, squares)
@@ -81,11 +86,16 @@ def _residual_squares(
 ) -> None:
     """Compute abs(o + sum s_i exp(i theta_i))^2 at all samples of runs; to be compiled.
 
-    Args:
-        unbalance: o, shape (runs, 1).
-        real, imaginary: parts of s_i, shape (runs, balls).
-        angles: theta_i [rad], shape (runs, samples, balls).
-        squares: output, shape (runs, samples).
+    Parameters
+    ----------
+    unbalance
+        o, shape (runs, 1).
+    real, imaginary
+        Parts of s_i, shape (runs, balls).
+    angles
+        theta_i [rad], shape (runs, samples, balls).
+    squares
+        Output, shape (runs, samples).
     """
     for run in range(angles.shape[0]):
         for k in range(angles.shape[1]):
@@ -134,8 +144,10 @@ class Trends:
     def directions(self, floors: np.ndarray) -> np.ndarray:
         """Return the direction of each run's trend, shape (runs,): 1 rising, -1 falling, 0 none.
 
-        Args:
-            floors: bounds of the rounding error; smaller changes are ignored, shape (runs,).
+        Parameters
+        ----------
+        floors
+            Bounds of the rounding error; smaller changes are ignored, shape (runs,).
         """
         counts = np.diff(self._ends, prepend=0)
         if not counts.all():

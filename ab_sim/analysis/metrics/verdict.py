@@ -50,13 +50,18 @@ def verdicts(
 ) -> list[str]:
     """Return verdicts from booleans of shape (runs,).
 
-    Args:
-        within: whether the residual unbalance is within the scene's limit.
-        settled: whether the whirl has settled.
-        ringing_down: whether the whirl is no larger than before, and the residual unbalance does
-            not rise.
-        circulates: whether a ball circulates on the race.
-        can_balance: whether the scene has an unbalance and balls.
+    Parameters
+    ----------
+    within
+        Whether the residual unbalance is within the scene's limit.
+    settled
+        Whether the whirl has settled.
+    ringing_down
+        Whether the whirl is no larger than before, and the residual unbalance does not rise.
+    circulates
+        Whether a ball circulates on the race.
+    can_balance
+        Whether the scene has an unbalance and balls.
     """
     labels = np.where(settled, Verdict.NOT_BALANCED.value, Verdict.CHANGING.value)
     labels = np.where(within & ringing_down, Verdict.RINGING_DOWN.value, labels)

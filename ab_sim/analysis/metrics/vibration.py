@@ -48,10 +48,14 @@ class BandPass:
     def passed(self, steps: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the filtered values of the next samples, at least one.
 
-        Args:
-            steps: numbers of the samples' steps, rising, shape (samples,).
-            times: times [s], shape (samples,).
-            values: velocities, shape (samples, channels).
+        Parameters
+        ----------
+        steps
+            Numbers of the samples' steps, rising, shape (samples,).
+        times
+            Times [s], shape (samples,).
+        values
+            Velocities, shape (samples, channels).
         """
         parts, self.restarts, count = [], [], len(steps)
         if len(self._before) == 0:
@@ -111,11 +115,16 @@ def _sections(rate: float) -> np.ndarray:
 def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the state of filter sections after a long constant input.
 
-    Args:
-        sections: b0, b1, b2, a1, a2 of each section, shape (sections, 5).
-        values: constant input, shape (channels,).
+    Parameters
+    ----------
+    sections
+        b0, b1, b2, a1, a2 of each section, shape (sections, 5).
+    values
+        Constant input, shape (channels,).
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         State for ``_through_sections``, shape (sections, 2, channels).
     """
     state = np.empty((len(sections), 2, len(values)))
@@ -129,10 +138,14 @@ def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _through_sections(sections: Table, state: Cube, values: Table) -> None:
     """Filter values in place, transposed direct form II; to be compiled.
 
-    Args:
-        sections: b0, b1, b2, a1, a2 of each section, shape (sections, 5).
-        state: state of each section, shape (sections, 2, channels); modified.
-        values: input and output, shape (channels, samples).
+    Parameters
+    ----------
+    sections
+        b0, b1, b2, a1, a2 of each section, shape (sections, 5).
+    state
+        State of each section, shape (sections, 2, channels); modified.
+    values
+        Input and output, shape (channels, samples).
     """
     for channel in range(values.shape[0]):
         for k in range(values.shape[1]):
@@ -231,8 +244,10 @@ class BroadBand:
 def _outside_band(speed: float) -> str | None:
     """Return the reason why the band excludes once-per-turn vibration; None if it does not.
 
-    Args:
-        speed: largest spindle speed [rad/s]; a spindle at rest has no such vibration.
+    Parameters
+    ----------
+    speed
+        Largest spindle speed [rad/s]; a spindle at rest has no such vibration.
     """
     turns = speed / (2.0 * math.pi)
     if turns == 0.0 or LOWEST <= turns <= HIGHEST:

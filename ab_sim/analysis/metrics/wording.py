@@ -47,10 +47,14 @@ def number_text(value: float | None) -> str:
 def shown_text(value: float | None, quantity: Quantity, display: Display) -> str:
     """Return a number in its displayed unit, with three digits; a dash for None.
 
-    Args:
-        value: number in the quantity's SI unit.
-        quantity: quantity of the number.
-        display: units for display.
+    Parameters
+    ----------
+    value
+        Number in the quantity's SI unit.
+    quantity
+        Quantity of the number.
+    display
+        Units for display.
     """
     return NOTHING if value is None else f"{value * display.of(quantity).factor:.3g}"
 
@@ -58,10 +62,14 @@ def shown_text(value: float | None, quantity: Quantity, display: Display) -> str
 def number_row(label: str, value: Callable[[Any], float | None], quantity: Quantity) -> Row:
     """Return a table row of numbers, with their unit in its head.
 
-    Args:
-        label: label without the unit.
-        value: function that takes the number, in SI units, from a run's metrics.
-        quantity: quantity of the numbers.
+    Parameters
+    ----------
+    label
+        Label without the unit.
+    value
+        Function that takes the number, in SI units, from a run's metrics.
+    quantity
+        Quantity of the numbers.
     """
     return Row(label, lambda m, display: shown_text(value(m), quantity, display), quantity=quantity)
 
@@ -98,11 +106,16 @@ def in_band_text(
 ) -> str:
     """Return the time from which the whirl stays in its band as text.
 
-    Args:
-        time: the time [s]; None if the whirl leaves the band at the end.
-        band: half-width of the band [m].
-        span: smallest and largest whirl over the last stretch [m], shown without a time.
-        display: units for display.
+    Parameters
+    ----------
+    time
+        The time [s]; None if the whirl leaves the band at the end.
+    band
+        Half-width of the band [m].
+    span
+        Smallest and largest whirl over the last stretch [m], shown without a time.
+    display
+        Units for display.
     """
     if time is not None:
         return f"+-{band * display.factor:.2g} {display.unit} from {time:.2f} s"

@@ -67,10 +67,14 @@ def judged_parts(
 ) -> Iterator[JudgedPart]:
     """Run the simulations, and yield their metrics in parts.
 
-    Args:
-        columns: runs whose values are stored by column; None if there are none.
-        prepared: all other runs, by number.
-        keys: keys of the metrics.
+    Parameters
+    ----------
+    columns
+        Runs whose values are stored by column; None if there are none.
+    prepared
+        All other runs, by number.
+    keys
+        Keys of the metrics.
     """
     if columns is not None:
         yield from _in_lanes(columns, columns.valid, columns.valid, keys)
@@ -94,11 +98,16 @@ def _in_lanes(
 
     Samples are evaluated while they are in memory, and the memory is reused for the next part.
 
-    Args:
-        source: source of these runs.
-        rows: row of each run in the source.
-        numbers: number of each run in the batch.
-        keys: keys of the metrics.
+    Parameters
+    ----------
+    source
+        Source of these runs.
+    rows
+        Row of each run in the source.
+    numbers
+        Number of each run in the batch.
+    keys
+        Keys of the metrics.
     """
     first = source.first
     lane_group, most = LaneGroup(first, 1), _at_once(first)
@@ -125,9 +134,12 @@ def _in_lanes(
 class _SampleMemory:
     """Memory for samples and whirl of runs, reused for later runs.
 
-    Args:
-        first: any of the runs.
-        runs: largest number of runs.
+    Parameters
+    ----------
+    first
+        Any of the runs.
+    runs
+        Largest number of runs.
     """
 
     def __init__(self, first: PreparedRun, runs: int) -> None:
@@ -153,10 +165,14 @@ class _SampleMemory:
     def of(self, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the samples of runs, shape (runs, samples, channels), and their whirl [m].
 
-        Args:
-            runs: places of the runs, rising.
+        Parameters
+        ----------
+        runs
+            Places of the runs, rising.
 
-        Returns:
+        Returns
+        -------
+        tuple[np.ndarray, np.ndarray | None]
             The whirl has shape (runs, samples); it is None for a deck in space.
         """
         # A slice is a view of the samples, while an array of indices would copy them.
@@ -170,7 +186,9 @@ def _with_metrics(
 ) -> Iterator[tuple[list[int], DoneRuns, dict[str, list[Any]]]]:
     """Run prepared runs in parts that fit into memory, with every step.
 
-    Yields:
+    Yields
+    ------
+    tuple[list[int], DoneRuns, dict[str, list[Any]]]
         The indices of some runs of one group, these runs, and their metrics by key.
     """
     for members in grouped(prepared).values():
@@ -189,11 +207,16 @@ def run_and_judge(
 ) -> tuple[DoneRuns, dict[str, list[Any]]]:
     """Run prepared runs, compute their metrics, and keep samples.
 
-    Args:
-        prepared, every, progress: see ``run_prepared``.
-        keys: keys of the metrics, which are computed from every step.
+    Parameters
+    ----------
+    prepared, every, progress
+        See ``run_prepared``.
+    keys
+        Keys of the metrics, which are computed from every step.
 
-    Returns:
+    Returns
+    -------
+    tuple[DoneRuns, dict[str, list[Any]]]
         Finished runs; reported metrics of each run by key, None for failed runs.
     """
     runs: list[Any] = [None] * len(prepared)

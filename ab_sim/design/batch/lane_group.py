@@ -45,11 +45,16 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
     A run that divides a step into fewer parts than another gets additional parts of zero length,
     which do not change its state.
 
-    Args:
-        step_plans: step ranges of each run, all over the same steps.
-        step: length of a step [s].
+    Parameters
+    ----------
+    step_plans
+        Step ranges of each run, all over the same steps.
+    step
+        Length of a step [s].
 
-    Returns:
+    Returns
+    -------
+    tuple[type, LanePlan]
         The type of all segments, and the plan.
     """
     rows = [row for ranges in _ranges_between_cuts(step_plans) for row in _plan_rows(ranges, step)]
@@ -106,11 +111,16 @@ def _plan_rows(
 ) -> Iterator[tuple[int, bool, list[StepRange]]]:
     """Yield the rows of a plan for one interval between cuts.
 
-    Args:
-        ranges: step ranges of each run in the interval.
-        step: length of a step [s].
+    Parameters
+    ----------
+    ranges
+        Step ranges of each run in the interval.
+    step
+        Length of a step [s].
 
-    Yields:
+    Yields
+    ------
+    tuple[int, bool, list[StepRange]]
         Number of steps, whether the steps end with this row, and the step range of each run.
     """
     most = max(len(parts) for parts in ranges)
@@ -182,9 +192,12 @@ class _Work(NamedTuple):
 class LaneGroup:
     """Work arrays and code shared by the runs of one group, side by side.
 
-    Args:
-        first: any run of the group.
-        every: number of steps between samples.
+    Parameters
+    ----------
+    first
+        Any run of the group.
+    every
+        Number of steps between samples.
     """
 
     def __init__(self, first: PreparedRun, every: int) -> None:
@@ -197,12 +210,18 @@ class LaneGroup:
     ) -> tuple[np.ndarray, float]:
         """Run up to eight runs.
 
-        Args:
-            starts: start data of the runs.
-            keys: keys of their step plans, or one key common to all.
-            samples: output for eight lanes; unused lanes repeat the last run.
+        Parameters
+        ----------
+        starts
+            Start data of the runs.
+        keys
+            Keys of their step plans, or one key common to all.
+        samples
+            Output for eight lanes; unused lanes repeat the last run.
 
-        Returns:
+        Returns
+        -------
+        tuple[np.ndarray, float]
             Number of finite steps of each run, shape (8,), and CPU time [s].
         """
         kind, plan = _plan(tuple(keys), self._first.steps)
@@ -235,10 +254,14 @@ class LaneGroup:
     def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
         """Return the work of lanes that leave a step with an event to single runs.
 
-        Args:
-            lanes: work arrays of the lanes.
-            code: machine code of the group.
-            alone: work of the single runs.
+        Parameters
+        ----------
+        lanes
+            Work arrays of the lanes.
+        code
+            Machine code of the group.
+        alone
+            Work of the single runs.
         """
         contact, table = code.model.has_contact, alone[0].balls.table
         return LanesOverEvents(

@@ -73,8 +73,10 @@ def _chosen(request: _StepperRequest) -> Choice:
 class PreparedRun:
     """Scene with the objects that its run needs.
 
-    Args:
-        scene: checked scene; a requested accuracy is resolved to a solver by measurement.
+    Parameters
+    ----------
+    scene
+        Checked scene; a requested accuracy is resolved to a solver by measurement.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -103,8 +105,10 @@ class PreparedRun:
         Stepper, step and step ranges are kept. The run may therefore diverge although it would
         not with its own stepper and step.
 
-        Args:
-            scene: checked scene with the same profile and start speed.
+        Parameters
+        ----------
+        scene
+            Checked scene with the same profile and start speed.
         """
         other = copy.copy(self)
         other.scene, other.system = scene, system_of(scene)

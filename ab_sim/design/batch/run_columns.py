@@ -54,10 +54,14 @@ _CHECKED_AT_ONCE = 2048
 class RunColumns:
     """Runs of a scene with other values at some keys; see ``columns_of``.
 
-    Args:
-        base: prepared run of the scene without variations.
-        values: column per key, shape (runs,), or (runs, entries) for lists.
-        valid: indices of the runs that can be computed in columns, rising.
+    Parameters
+    ----------
+    base
+        Prepared run of the scene without variations.
+    values
+        Column per key, shape (runs,), or (runs, entries) for lists.
+    valid
+        Indices of the runs that can be computed in columns, rising.
     """
 
     def __init__(
@@ -132,10 +136,14 @@ class RunColumns:
 class _LazyScenes(Sequence[Scene]):
     """Scenes of some runs, created on access.
 
-    Args:
-        base: scene without variations.
-        values: column per key, see ``RunColumns``.
-        rows: indices of the runs.
+    Parameters
+    ----------
+    base
+        Scene without variations.
+    values
+        Column per key, see ``RunColumns``.
+    rows
+        Indices of the runs.
     """
 
     def __init__(self, base: Scene, values: Mapping[str, np.ndarray], rows: np.ndarray) -> None:
@@ -165,11 +173,16 @@ def columns_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> RunColumns 
     scene. Varied keys may be numbers of effects, the mass and start angles of balls, the race's
     radius, and masses and eccentricity of the rotor.
 
-    Args:
-        scene: scene, which may be invalid without its variations.
-        values: values of all runs by dotted key [SI].
+    Parameters
+    ----------
+    scene
+        Scene, which may be invalid without its variations.
+    values
+        Values of all runs by dotted key [SI].
 
-    Returns:
+    Returns
+    -------
+    RunColumns | None
         The runs; None if no run can be computed in columns.
     """
     try:
@@ -212,7 +225,9 @@ def _can_vary(base: PreparedRun) -> bool:
 def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:
     """Return the values of a key as a column, NaN if not allowed.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray | None
         Column, shape (runs,), or (runs, balls) for start angles; None for a key that cannot be a
         column.
     """
@@ -267,12 +282,18 @@ def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np
 def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], count: int) -> np.ndarray:
     """Return a mask of runs that are certainly valid and stable with the scene's stepper.
 
-    Args:
-        base: prepared run without variations.
-        columns: column per key.
-        count: number of runs.
+    Parameters
+    ----------
+    base
+        Prepared run without variations.
+    columns
+        Column per key.
+    count
+        Number of runs.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Booleans, shape (count,). Other runs may be valid, too; their scenes decide.
     """
     sure = np.empty(count, bool)

@@ -21,9 +21,12 @@ _BLOCK = 2**21
 class SampleBuffer:
     """Allocator of memory for samples, a block for many runs at a time.
 
-    Args:
-        runs: expected number of runs.
-        shape: shape of the samples of one run, (samples, channels).
+    Parameters
+    ----------
+    runs
+        Expected number of runs.
+    shape
+        Shape of the samples of one run, (samples, channels).
     """
 
     def __init__(self, runs: int, shape: tuple[int, int]) -> None:
@@ -42,11 +45,16 @@ class SampleBuffer:
 def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
     """Run each member in a Drive.
 
-    Args:
-        members: prepared runs.
-        every: keep every ``every``-th step.
+    Parameters
+    ----------
+    members
+        Prepared runs.
+    every
+        Keep every ``every``-th step.
 
-    Returns:
+    Returns
+    -------
+    tuple[list[BatchRun], float]
         The finished runs, and the CPU time of their steps [s].
     """
     runs, seconds = [], 0.0
@@ -85,9 +93,12 @@ def run_prepared(
 ) -> DoneRuns:
     """Run prepared runs, equal kinds side by side if possible.
 
-    Args:
-        prepared: runs in the order of the results.
-        every, progress: see ``simulate_batch``.
+    Parameters
+    ----------
+    prepared
+        Runs in the order of the results.
+    every, progress
+        See ``simulate_batch``.
     """
     runs: list[BatchRun | None] = [None] * len(prepared)
     seconds, done, in_lanes = 0.0, 0, 0
@@ -120,11 +131,16 @@ def _side_by_side(
 ) -> tuple[list[BatchRun], float]:
     """Compute up to eight runs in lanes; return the runs and CPU time [s].
 
-    Args:
-        lane_group: lane group of the runs.
-        members: up to eight runs.
-        every: keep every ``every``-th step.
-        sample_buffer: memory for their samples.
+    Parameters
+    ----------
+    lane_group
+        Lane group of the runs.
+    members
+        Up to eight runs.
+    every
+        Keep every ``every``-th step.
+    sample_buffer
+        Memory for their samples.
     """
     in_kernel, samples = kernel_stride(members[0].scene, every), sample_buffer.take(LANES)
     keys = [member.step_plan_key for member in members]

@@ -26,8 +26,10 @@ Variations = Sequence[Mapping[str, object]] | Mapping[str, Sequence[object] | np
 def values_of_runs(variations: Variations) -> Sequence[Mapping[str, object]]:
     """Return the values of each run.
 
-    Raises:
-        InputError: there is no run, or the argument has another form.
+    Raises
+    ------
+    InputError
+        There is no run, or the argument has another form.
     """
     if isinstance(variations, Mapping):
         lengths = {
@@ -52,8 +54,10 @@ def _is_array(column: object) -> bool:
 class ByKey(Sequence[Mapping[str, object]]):
     """Values by key, as a sequence with one mapping per run.
 
-    Args:
-        columns: values of all runs by dotted key.
+    Parameters
+    ----------
+    columns
+        Values of all runs by dotted key.
     """
 
     def __init__(self, columns: Mapping[str, Sequence[object] | np.ndarray]) -> None:
@@ -93,8 +97,10 @@ def _by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
 def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
     """Return the scenes of a batch.
 
-    Raises:
-        SceneError: a scene is not valid; the message contains its number, from 0, and its key.
+    Raises
+    ------
+    SceneError
+        A scene is not valid; the message contains its number, from 0, and its key.
     """
     return [varied_scene(scene, variation, number) for number, variation in enumerate(variations)]
 
@@ -102,8 +108,10 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Sce
 def varied_scene(scene: Scene, variation: Mapping[str, object], number: int) -> Scene:
     """Return the scene of one run.
 
-    Raises:
-        SceneError: see ``varied``.
+    Raises
+    ------
+    SceneError
+        See ``varied``.
     """
     return changed_scene(scene, variation, f"variation {number}")
 
@@ -362,10 +370,14 @@ def _prepared(scene: Scene, number: int) -> PreparedRun:
 def _check_room(scenes: Sequence[Scene], every: int, keep: bool = True) -> None:
     """Refuse a batch whose samples need too much memory, before anything runs.
 
-    Args:
-        scenes: scenes of the runs, with known steps.
-        every: number of steps between kept samples.
-        keep: whether samples are kept; otherwise only eight runs need memory at a time.
+    Parameters
+    ----------
+    scenes
+        Scenes of the runs, with known steps.
+    every
+        Number of steps between kept samples.
+    keep
+        Whether samples are kept; otherwise only eight runs need memory at a time.
     """
     fewest = min(map(steps_of, scenes), default=every)
     if every > fewest:

@@ -51,10 +51,14 @@ def scene_of(
     The last tenth of the run, over which final metrics are taken, starts ``specification.settle``
     after the running speed is reached.
 
-    Args:
-        balls, specification: balls and drive.
-        drag: drag c_b on a ball [N s/m].
-        hold: hold of the speed, or None.
+    Parameters
+    ----------
+    balls, specification
+        Balls and drive.
+    drag
+        Drag c_b on a ball [N s/m].
+    hold
+        Hold of the speed, or None.
     """
     speed, acceleration = specification.speed, specification.acceleration
     profile: dict[str, Any] = {
@@ -184,11 +188,16 @@ def run_share(
     Unlike ``robust``, a drive with an unsettled whirl can count as balanced: only its residual
     unbalance at the end of the settling time counts.
 
-    Args:
-        scene: nominal scene.
-        specification: specification with spread and allowed residual.
-        running: settings of the runs.
-        drag_too: whether the drag varies as well.
+    Parameters
+    ----------
+    scene
+        Nominal scene.
+    specification
+        Specification with spread and allowed residual.
+    running
+        Settings of the runs.
+    drag_too
+        Whether the drag varies as well.
     """
     drawn = DrawnPoints(scene, _tolerances_of(specification, drag_too), running.runs, running.seed)
     job = Job(scene, drawn.keys, (_GRADE, _PEAK))
@@ -256,11 +265,16 @@ class DragRuns(NamedTuple):
 def share_claim(text: str, runs: SpreadRuns, wanted: float, at_least: bool = True) -> SizingClaim:
     """Test a claim on the share of balanced drives by its confidence interval.
 
-    Args:
-        text: claim in words.
-        runs: runs of a design over its spread.
-        wanted: required share, 0 to 1.
-        at_least: True for the claim that the share is at least ``wanted``, False for below.
+    Parameters
+    ----------
+    text
+        Claim in words.
+    runs
+        Runs of a design over its spread.
+    wanted
+        Required share, 0 to 1.
+    at_least
+        True for the claim that the share is at least ``wanted``, False for below.
     """
     share = runs.share
     above, below = share.low >= wanted, share.high < wanted
@@ -318,13 +332,18 @@ def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> 
 def bunch_stays(scene: Scene, speed: float, border: float) -> bool | None:
     """Return whether a bunch of all balls continues to circulate at constant speed.
 
-    Args:
-        scene: scene, whose drag may be above the border; balls do not collide.
-        speed: spindle speed w [rad/s].
-        border: drag with such a state, from which the run starts if there is none at the scene's
-            drag.
+    Parameters
+    ----------
+    scene
+        Scene, whose drag may be above the border; balls do not collide.
+    speed
+        Spindle speed w [rad/s].
+    border
+        Drag with such a state, from which the run starts if there is none at the scene's drag.
 
-    Returns:
+    Returns
+    -------
+    bool | None
         The result; None if no such state is known.
     """
     step = step_at(speed)
@@ -361,12 +380,18 @@ def window_runs(
 
     If runs contradict an end, another end nearer to the chosen drag is sought.
 
-    Args:
-        sized: balls with a drag window.
-        specification, running: see ``run_share``.
-        predict: function that returns the predicted share at a drag [N s/m].
+    Parameters
+    ----------
+    sized
+        Balls with a drag window.
+    specification, running
+        See ``run_share``.
+    predict
+        Function that returns the predicted share at a drag [N s/m].
 
-    Returns:
+    Returns
+    -------
+    dict[str, DragRuns]
         Runs by the name of the drag: ``lowest``, ``highest`` and ``FAR_ABOVE``, and corrected ends
         with the suffix ``_BY_RUNS``.
     """

@@ -101,10 +101,14 @@ def least_mass(count: int, unbalance: float, specification: DriveSpecification) 
 
     None if no such balls fit.
 
-    Args:
-        count: number of balls n.
-        unbalance: unbalance U [kg m].
-        specification: specification with race and density.
+    Parameters
+    ----------
+    count
+        Number of balls n.
+    unbalance
+        Unbalance U [kg m].
+    specification
+        Specification with race and density.
     """
     most = largest_ball(count, specification)
 
@@ -150,9 +154,12 @@ def drive_of_balls(
 ) -> BunchDrive:
     """Return the closed-form parameters of a drive with these balls.
 
-    Args:
-        balls, specification: balls and drive.
-        drag: drag c_b on a ball [N s/m].
+    Parameters
+    ----------
+    balls, specification
+        Balls and drive.
+    drag
+        Drag c_b on a ball [N s/m].
     """
     return BunchDrive(
         mass=specification.mass + balls.count * balls.mass,
@@ -196,9 +203,12 @@ def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> B
 def couplings(drive: BunchDrive, rhos: np.ndarray) -> np.ndarray:
     """Return the singular values of the tangents, the larger first, shape (positions, 2).
 
-    Args:
-        drive: parameters of the drive.
-        rhos: values of rho of the positions, shape (positions,).
+    Parameters
+    ----------
+    drive
+        Parameters of the drive.
+    rhos
+        Values of rho of the positions, shape (positions,).
     """
     squares = 0.5 * drive.balls * (1.0 + np.multiply.outer(rhos, [1, -1]))
     return np.sqrt(np.maximum(squares, 0.0))
@@ -210,10 +220,14 @@ def largest_growth(drive: BunchDrive, speed: float, coupling: np.ndarray) -> np.
     Structural zeros of three or more balls are left out, because nothing moves along a continuum of
     balanced positions.
 
-    Args:
-        drive: parameters of the drive.
-        speed: spindle speed w [rad/s].
-        coupling: couplings of the balls' two motions, see ``couplings``, shape (positions, 2).
+    Parameters
+    ----------
+    drive
+        Parameters of the drive.
+    speed
+        Spindle speed w [rad/s].
+    coupling
+        Couplings of the balls' two motions, see ``couplings``, shape (positions, 2).
     """
     mass, m, w = drive.mass, drive.ball_mass, speed
     one, turn = np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -240,12 +254,18 @@ def _settle_times(
 ) -> np.ndarray:
     """Estimate the time from the running speed until a drive is balanced [s].
 
-    Args:
-        drive: parameters of the drive.
-        specification: specification with speed and allowed residual.
-        places: rotors with balanced positions.
+    Parameters
+    ----------
+    drive
+        Parameters of the drive.
+    specification
+        Specification with speed and allowed residual.
+    places
+        Rotors with balanced positions.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Times, shape (draws,); infinite if the balanced position is unstable.
     """
     speed = specification.speed

@@ -107,9 +107,12 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
     If circulation limits the window below, both limits grow with the square of the ball mass.
     Heavier balls then have no wider window, and cause more whirl at the critical speed.
 
-    Args:
-        count: number of balls n.
-        specification: requirements.
+    Parameters
+    ----------
+    count
+        Number of balls n.
+    specification
+        requirements.
     """
     least = least_mass(count, specification.largest_unbalance, specification)
     most = largest_ball(count, specification)
@@ -144,9 +147,12 @@ def circulation_border(drive: BunchDrive, speed: float) -> float:
     separate. A fold lies just beyond. For fewer balls the border is lower if the others only add to
     the deck's mass.
 
-    Args:
-        drive: parameters of the drive; its drag is ignored.
-        speed: spindle speed w [rad/s], above w_n.
+    Parameters
+    ----------
+    drive
+        Parameters of the drive; its drag is ignored.
+    speed
+        Spindle speed w [rad/s], above w_n.
     """
     critical = math.sqrt(drive.stiffness / drive.mass)
     driven = drive.balls * drive.ball_mass**2 * critical**3
@@ -164,10 +170,14 @@ def _with_window(
 ) -> SizedBalls:
     """Return balls with their drag window.
 
-    Args:
-        balls: balls on the race.
-        factor: their mass relative to the least mass that balances the largest unbalance.
-        specification: requirements.
+    Parameters
+    ----------
+    balls
+        Balls on the race.
+    factor
+        Their mass relative to the least mass that balances the largest unbalance.
+    specification
+        requirements.
     """
     places = balanced_places(balls, specification)
     border = circulation_border(drive_of_balls(balls, specification, 1.0), specification.speed)
@@ -198,11 +208,16 @@ def _widest_window(
 ) -> DragWindow | None:
     """Return the widest range of drags with the wanted share, from ``drags[0]`` on.
 
-    Args:
-        share: function from a drag to the share balanced in time.
-        wanted: required share.
-        drags: drags at which the shares are known, rising.
-        shares: their shares.
+    Parameters
+    ----------
+    share
+        Function from a drag to the share balanced in time.
+    wanted
+        Required share.
+    drags
+        Drags at which the shares are known, rising.
+    shares
+        Their shares.
     """
     best: DragWindow | None = None
     for first, last in _stretches(shares >= wanted):
@@ -226,11 +241,16 @@ def _stretches(inside: np.ndarray) -> Iterator[tuple[int, int]]:
 def _edge(share: Callable[[float], float], wanted: float, inside: float, outside: float) -> float:
     """Return the end of a window by bisection of the logarithm of the drag [N s/m].
 
-    Args:
-        share: function from a drag to the share balanced in time.
-        wanted: required share.
-        inside: drag with the required share [N s/m].
-        outside: drag without it [N s/m].
+    Parameters
+    ----------
+    share
+        Function from a drag to the share balanced in time.
+    wanted
+        Required share.
+    inside
+        Drag with the required share [N s/m].
+    outside
+        Drag without it [N s/m].
     """
     for _ in range(_BISECTIONS):
         middle = math.sqrt(inside * outside)
@@ -254,10 +274,14 @@ def _too_large(count: int, specification: DriveSpecification) -> str:
 def _no_window(best: float, above: float, specification: DriveSpecification) -> str:
     """Return the reason for balls without a drag window.
 
-    Args:
-        best: largest share at any drag.
-        above: largest share at drags without circulation.
-        specification: requirements.
+    Parameters
+    ----------
+    best
+        Largest share at any drag.
+    above
+        Largest share at drags without circulation.
+    specification
+        requirements.
     """
     wanted = 100 * specification.share
     if best >= specification.share:

@@ -143,13 +143,17 @@ def run_sizing(specification: DriveSpecification, running: Running) -> Sizing:
     Numbers of balls are tried in order of their drag window's width, with a hold if necessary,
     until enough drives are balanced in time.
 
-    Args:
-        specification: requirements.
-        running: settings of the runs.
+    Parameters
+    ----------
+    specification
+        requirements.
+    running
+        Settings of the runs.
 
-    Raises:
-        InputError: the number of runs is out of range, or another process is computing the same
-            runs.
+    Raises
+    ------
+    InputError
+        The number of runs is out of range, or another process is computing the same runs.
     """
     if not _FEWEST <= running.runs <= MOST:
         raise InputError(f"runs = {running.runs}: must be from {_FEWEST} to {MOST}")
@@ -196,11 +200,16 @@ def _claims_of_shares(
 ) -> Iterator[SizingClaim]:
     """Yield the claims on shares of balanced drives and on circulating balls, with their verdicts.
 
-    Args:
-        specification: requirements.
-        hold: hold of the start-up; None if it needs none.
-        runs: runs of the chosen drive without a hold, and with ``hold``.
-        at_drags: runs at the ends of the drag window and above it, by name.
+    Parameters
+    ----------
+    specification
+        requirements.
+    hold
+        Hold of the start-up; None if it needs none.
+    runs
+        Runs of the chosen drive without a hold, and with ``hold``.
+    at_drags
+        Runs at the ends of the drag window and above it, by name.
     """
     wanted, (without, with_hold) = specification.share, runs
     if hold is None:

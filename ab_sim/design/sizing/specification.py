@@ -121,9 +121,11 @@ class SpecificationTexts(NamedTuple):
 def specification_of(texts: SpecificationTexts) -> DriveSpecification:
     """Return a checked specification.
 
-    Raises:
-        InputError: a number is not allowed, or both or none of unbalance and grade are given; the
-            message states the allowed values and the remedy.
+    Raises
+    ------
+    InputError
+        A number is not allowed, or both or none of unbalance and grade are given; the message
+        states the allowed values and the remedy.
     """
     mass = _positive("mass", texts.mass, "kg")
     critical = _positive("critical", texts.critical_speed, "rad/s")
@@ -165,10 +167,14 @@ def specification_of(texts: SpecificationTexts) -> DriveSpecification:
 def _unbalance(texts: SpecificationTexts, mass: float, speed: float) -> tuple[float, float]:
     """Return the least and the largest unbalance [kg m].
 
-    Args:
-        texts: specification with an unbalance or a balance grade.
-        mass: suspended mass [kg].
-        speed: running speed [rad/s].
+    Parameters
+    ----------
+    texts
+        Specification with an unbalance or a balance grade.
+    mass
+        Suspended mass [kg].
+    speed
+        Running speed [rad/s].
     """
     if (texts.unbalance is None) == (texts.grade is None):
         raise InputError("unbalance, grade: give one of them, e.g. unbalance '0.3 g cm'")

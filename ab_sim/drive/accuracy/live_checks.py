@@ -75,10 +75,14 @@ class LiveChecks:
 
     The drive is only read: its results are bit-identical with and without checks.
 
-    Args:
-        drive: drive; from now on it is commanded, advanced and reset through this object.
-        share: largest share of checks in the total CPU time, above 0 and at most 1.
-        longest: largest expected CPU time of a slice [s].
+    Parameters
+    ----------
+    drive
+        Drive; from now on it is commanded, advanced and reset through this object.
+    share
+        Largest share of checks in the total CPU time, above 0 and at most 1.
+    longest
+        Largest expected CPU time of a slice [s].
     """
 
     def __init__(self, drive: Drive, share: float, longest: float = math.inf) -> None:
@@ -108,9 +112,12 @@ class LiveChecks:
     def warm_up(self, speed: float, steps: int) -> None:
         """Run some checks, so that all code is loaded and its cost known, then reset.
 
-        Args:
-            speed: speed of a command [rad/s].
-            steps: number of steps by which the drive will be advanced.
+        Parameters
+        ----------
+        speed
+            Speed of a command [rad/s].
+        steps
+            Number of steps by which the drive will be advanced.
         """
         for _ in range(3):
             self.reset()
@@ -180,8 +187,10 @@ class LiveChecks:
     def work(self, seconds: float) -> None:
         """Check one slice, if the share allows it.
 
-        Args:
-            seconds: CPU time of all work except checks since the last call [s].
+        Parameters
+        ----------
+        seconds
+            CPU time of all work except checks since the last call [s].
         """
         self._worked += seconds
         begin = time.thread_time()

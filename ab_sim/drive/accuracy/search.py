@@ -157,20 +157,31 @@ def cheapest(
 ) -> tuple[Scene, WorkPrecision]:
     """Return the scene with the cheapest solver that delivers its requested accuracy.
 
-    Args:
-        scene: scene with a requested accuracy.
-        run: function that runs a scene.
-        period: period of a live node [s], which must be a multiple of the step; None for any step.
-        commanded: whether the step must be stable up to ``spindle.max_speed``.
-        tell: called before each run, see ``Trials``.
+    Parameters
+    ----------
+    scene
+        Scene with a requested accuracy.
+    run
+        Function that runs a scene.
+    period
+        Period of a live node [s], which must be a multiple of the step; None for any step.
+    commanded
+        Whether the step must be stable up to ``spindle.max_speed``.
+    tell
+        Called before each run, see ``Trials``.
 
-    Returns:
+    Returns
+    -------
+    tuple[Scene, WorkPrecision]
         The scene with its solver, and the solver's measured error and cost.
 
-    Raises:
-        SceneError: the accuracy cannot be reached, or not be measured in reasonable time; the
-            message states what is possible.
-        DivergedError: the scene's run diverges with every step.
+    Raises
+    ------
+    SceneError
+        The accuracy cannot be reached, or not be measured in reasonable time; the message states
+        what is possible.
+    DivergedError
+        The scene's run diverges with every step.
     """
     return _Search(scene, run, period, commanded, tell).choose()
 
@@ -279,8 +290,10 @@ class _Search:
     def _longest_passing(self, stepper: Stepper) -> Tried:
         """Return the run with a method's longest accurate step, of those that were run.
 
-        Raises:
-            SceneError: no run is accurate enough; the message states the best possible accuracy.
+        Raises
+        ------
+        SceneError
+            No run is accurate enough; the message states the best possible accuracy.
         """
         runs = [one for one in self._trials.tried if one.stepper is stepper]
         for one in runs:
@@ -311,9 +324,12 @@ class _Search:
     def _cheaper(self, stepper: Stepper, least: float) -> list[Tried]:
         """Return the run of a method with its longest accurate step; empty if it is not cheaper.
 
-        Args:
-            stepper: method.
-            least: CPU time of the cheapest run so far [s].
+        Parameters
+        ----------
+        stepper
+            method.
+        least
+            CPU time of the cheapest run so far [s].
         """
         rungs = self._trials.rungs(stepper)
         at, failed = 0, -1
@@ -397,18 +413,28 @@ def resolve_accuracy(
     minutes. Commands of a live drive are unknown, so they are not part of that run. A profile
     controlled during the run is replaced by its plan, see ``Scene.planned``.
 
-    Args:
-        scene: scene; without a requested accuracy it is returned unchanged, with None.
-        period: period of a live node [s], which must be a multiple of the step; None for any step.
-        commanded: whether the step must be stable up to ``spindle.max_speed``.
-        tell: called before each run with the setting, and the CPU time spent and allowed [s].
+    Parameters
+    ----------
+    scene
+        Scene; without a requested accuracy it is returned unchanged, with None.
+    period
+        Period of a live node [s], which must be a multiple of the step; None for any step.
+    commanded
+        Whether the step must be stable up to ``spindle.max_speed``.
+    tell
+        Called before each run with the setting, and the CPU time spent and allowed [s].
 
-    Returns:
+    Returns
+    -------
+    tuple[Scene, WorkPrecision | None]
         The scene with its solver, and the solver's measured error and cost.
 
-    Raises:
-        SceneError: the accuracy cannot be reached; the message states the best possible one.
-        DivergedError: the scene's run diverges with every step.
+    Raises
+    ------
+    SceneError
+        The accuracy cannot be reached; the message states the best possible one.
+    DivergedError
+        The scene's run diverges with every step.
     """
     if scene.accuracy is None:
         return scene, None

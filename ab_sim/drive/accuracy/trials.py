@@ -56,15 +56,20 @@ class Deviation(NamedTuple):
 def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
     """Compare two runs at their common times.
 
-    Args:
-        run, reference: samples of the same stretch of time, equally spaced up to its end. The
-            number of samples of one is a multiple of that of the other.
-        unit: length in which the whirl's error is given [m]: the eccentricity e, or the race's
-            radius for a rotor without unbalance.
+    Parameters
+    ----------
+    run, reference
+        Samples of the same stretch of time, equally spaced up to its end. The number of samples of
+        one is a multiple of that of the other.
+    unit
+        Length in which the whirl's error is given [m]: the eccentricity e, or the race's radius for
+        a rotor without unbalance.
 
-    Raises:
-        ValueError: there are no samples, neither number of samples is a multiple of the other, or
-            the numbers of balls differ.
+    Raises
+    ------
+    ValueError
+        There are no samples, neither number of samples is a multiple of the other, or the numbers
+        of balls differ.
     """
     fewest, most = sorted([len(run.position), len(reference.position)])
     if not fewest or most % fewest or run.angles.shape[1] != reference.angles.shape[1]:
@@ -143,12 +148,18 @@ class TooExpensiveError(SceneError):
 class Trials:
     """Trial runs of a scene.
 
-    Args:
-        scene: scene with profile and duration.
-        run: function that runs it.
-        longest: longest step of each method to try [s], by name.
-        period: period [s] that all steps must divide; None for a power of ten.
-        tell: called before each run.
+    Parameters
+    ----------
+    scene
+        Scene with profile and duration.
+    run
+        Function that runs it.
+    longest
+        Longest step of each method to try [s], by name.
+    period
+        Period [s] that all steps must divide; None for a power of ten.
+    tell
+        Called before each run.
     """
 
     def __init__(
@@ -189,10 +200,14 @@ class Trials:
     def expected(self, stepper: Stepper, rung: int, like: Stepper) -> float:
         """Return the expected CPU time of a run [s].
 
-        Args:
-            stepper: method of the run.
-            rung: divisor of the longest step that gives the run's step.
-            like: method that has been run; its time per evaluation counts if ``stepper`` has not.
+        Parameters
+        ----------
+        stepper
+            Method of the run.
+        rung
+            Divisor of the longest step that gives the run's step.
+        like
+            Method that has been run; its time per evaluation counts if ``stepper`` has not.
         """
         per_step = self._per_step.get(stepper.name)
         if per_step is None:
@@ -208,9 +223,12 @@ class Trials:
     ) -> Tried | None:
         """Run a setting; return None if it diverges or the scene refuses it.
 
-        Raises:
-            SceneError, DivergedError: the ``last`` setting failed.
-            TooExpensiveError: the run would exceed the budget.
+        Raises
+        ------
+        SceneError, DivergedError
+            The ``last`` setting failed.
+        TooExpensiveError
+            The run would exceed the budget.
         """
         try:
             step = 1e-9 * (self._base // rung)

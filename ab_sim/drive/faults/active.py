@@ -33,10 +33,12 @@ class ActiveFaults:
     A disc that slips by a small angle turns only the unbalance: see ``drive.disc``. Without faults
     there is no cost.
 
-    Args:
-        drive: drive that was created with the faults.
-        before: faults of the drive whose motion this one continues; faults in both keep their
-            start.
+    Parameters
+    ----------
+    drive
+        Drive that was created with the faults.
+    before
+        Faults of the drive whose motion this one continues; faults in both keep their start.
     """
 
     def __init__(self, drive: Drive, before: "ActiveFaults | None" = None) -> None:
@@ -115,12 +117,18 @@ def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveF
     was stuck or lost becomes free at its last position and at the race's speed. A disc that has
     slipped returns to its place.
 
-    Args:
-        drive: drive whose motion continues.
-        other: drive with the new faults, which gets the state.
-        before: faults in force in ``drive``.
+    Parameters
+    ----------
+    drive
+        Drive whose motion continues.
+    other
+        Drive with the new faults, which gets the state.
+    before
+        Faults in force in ``drive``.
 
-    Returns:
+    Returns
+    -------
+    ActiveFaults
         The faults of the other drive.
     """
     kept = drive.snapshot()

@@ -145,8 +145,10 @@ _SENSED = ("turned", "drifts", "saturates", "drops")
 def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
     """Parse faults; empty texts are skipped. Use ``check_faults`` for the components of a scene.
 
-    Raises:
-        InputError: a text is not a fault, or two faults exclude each other.
+    Raises
+    ------
+    InputError
+        A text is not a fault, or two faults exclude each other.
     """
     faults = tuple(_fault(text) for text in texts if text.strip())
     for k, fault in enumerate(faults):
@@ -168,9 +170,12 @@ def of_the_plant(faults: Iterable[Fault]) -> tuple[Fault, ...]:
 def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
     """Refuse faults that have no meaning in a scene.
 
-    Raises:
-        InputError: a fault does not apply; the message states the reason or suitable components.
-        SceneError: the fault changes quantities that only built-in deck models have.
+    Raises
+    ------
+    InputError
+        A fault does not apply; the message states the reason or suitable components.
+    SceneError
+        The fault changes quantities that only built-in deck models have.
     """
     for fault in faults:
         there = KINDS[fault.verb].components(scene)
@@ -238,9 +243,12 @@ def _usage(verb: str) -> str:
 class SensedFaults:
     """Sensor faults, each with the step at which it started.
 
-    Args:
-        faults: faults of a drive; only those of sensors are used.
-        scene: the drive's scene.
+    Parameters
+    ----------
+    faults
+        Faults of a drive; only those of sensors are used.
+    scene
+        The drive's scene.
     """
 
     def __init__(self, faults: Iterable[Fault], scene: Scene) -> None:
@@ -271,10 +279,14 @@ class SensedFaults:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the steps at which one sensor reports, and its readings there.
 
-        Args:
-            name: name of the sensor.
-            steps: steps of the samples, shape (samples,).
-            readings: readings without faults [SI], shape (samples, axes).
+        Parameters
+        ----------
+        name
+            Name of the sensor.
+        steps
+            Steps of the samples, shape (samples,).
+        readings
+            Readings without faults [SI], shape (samples, axes).
         """
         faults = [fault for fault in self._faults if fault.component == name]
         if not faults:
@@ -286,10 +298,14 @@ class SensedFaults:
     def altered(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the readings of one sensor with the effect of its faults, same shape.
 
-        Args:
-            name: name of the sensor.
-            true: readings without faults [SI], shape (axes,) or (axes, samples).
-            steps: steps of the samples, shape (samples,).
+        Parameters
+        ----------
+        name
+            Name of the sensor.
+        true
+            Readings without faults [SI], shape (axes,) or (axes, samples).
+        steps
+            Steps of the samples, shape (samples,).
         """
         readings, sensor = true, self._scene.pickups.get(name)
         for fault in self._faults:

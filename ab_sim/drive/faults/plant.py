@@ -83,12 +83,18 @@ def stop_held_balls(
     mass matrix G, G_ff dq'_f = -G_fh dq'_h; G follows from the energy. The motor keeps a prescribed
     spindle speed.
 
-    Args:
-        system: system with the faults.
-        state: state of the system, modified in place.
-        discrete_state: discrete state with the balls' sliding directions, modified in place.
-        held: numbers of the held balls.
-        psi: spindle angle [rad].
+    Parameters
+    ----------
+    system
+        System with the faults.
+    state
+        State of the system, modified in place.
+    discrete_state
+        Discrete state with the balls' sliding directions, modified in place.
+    held
+        Numbers of the held balls.
+    psi
+        Spindle angle [rad].
     """
     layout, n = layout_of(system), len(system.balls)
     stopped = layout.rates.start + np.array(list(held), int)

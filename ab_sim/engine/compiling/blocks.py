@@ -193,11 +193,16 @@ class BlockWriter:
     def load(self, kind: Kind, pointer: str, at: int = 0, immutable: bool = True) -> Value:
         """Return a value in memory; a record's fields are loaded when they are used.
 
-        Args:
-            kind: kind of the value.
-            pointer: LLVM's name of a pointer.
-            at: offset of the value from the pointer, in leaves.
-            immutable: True if the memory does not change while the function runs.
+        Parameters
+        ----------
+        kind
+            Kind of the value.
+        pointer
+            LLVM's name of a pointer.
+        at
+            Offset of the value from the pointer, in leaves.
+        immutable
+            True if the memory does not change while the function runs.
         """
         if isinstance(kind, RecordKind):
             return StoredRecord(kind, pointer, at, immutable)
@@ -259,8 +264,10 @@ COMPARED = {
 class Operations(BlockWriter):
     """Writer of a function's lines with operations on numbers.
 
-    Args:
-        source: source of the function.
+    Parameters
+    ----------
+    source
+        Source of the function.
     """
 
     def __init__(self, source: FunctionSource) -> None:

@@ -42,11 +42,15 @@ _Row = Callable[..., tuple[Any, ...]]
 class Compiled:
     """Function of the subset as machine code, which is compiled when it is first needed.
 
-    Args:
-        function: function of the subset, with at least one argument.
-        flags: values of bool fields of records in the arguments, by name, which are the same in
-            every call. Code that they make unreachable is left out.
-        library: store of compiled functions to use and to add to; None for a new one.
+    Parameters
+    ----------
+    function
+        Function of the subset, with at least one argument.
+    flags
+        Values of bool fields of records in the arguments, by name, which are the same in every
+        call. Code that they make unreachable is left out.
+    library
+        Store of compiled functions to use and to add to; None for a new one.
     """
 
     def __init__(
@@ -86,12 +90,17 @@ _library = Library()
 def compiled(function: Callable[..., Any], flags: Mapping[str, bool] = _NO_FLAGS) -> Compiled:
     """Return a function of the subset as machine code, always the same object for one function.
 
-    Args:
-        function: function of the subset.
-        flags: values of bool fields that are the same in every call, as for ``Compiled``.
+    Parameters
+    ----------
+    function
+        Function of the subset.
+    flags
+        Values of bool fields that are the same in every call, as for ``Compiled``.
 
-    Raises:
-        TypeError: the function was not written with ``def``.
+    Raises
+    ------
+    TypeError
+        The function was not written with ``def``.
     """
     if not isinstance(function, FunctionType):
         raise TypeError(f"compiled({function!r}): must be a function written with def")
@@ -142,8 +151,10 @@ class BoundFunction:
 
         It keeps the present first argument, whatever is passed to ``rebind`` later.
 
-        Raises:
-            TypeError: an argument is of another kind, or there are too many.
+        Raises
+        ------
+        TypeError
+            An argument is of another kind, or there are too many.
         """
         bound = copy.copy(self)
         bound._given = (*self._given, *arguments)

@@ -53,11 +53,16 @@ class Callees(Protocol):
 class Expressions(Operations):
     """Translator of a function's expressions.
 
-    Args:
-        source: source of the function.
-        callees: provider of other functions.
-        local: names of local variables, which hide global ones.
-        intrinsics: functions that are expanded in place instead of called.
+    Parameters
+    ----------
+    source
+        Source of the function.
+    callees
+        Provider of other functions.
+    local
+        Names of local variables, which hide global ones.
+    intrinsics
+        Functions that are expanded in place instead of called.
     """
 
     def __init__(
@@ -133,11 +138,16 @@ class Expressions(Operations):
     def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:
         """Return a value converted to the required kind; raise an error if this is not possible.
 
-        Args:
-            node: syntax node of the value, for the error's line.
-            value: value to convert.
-            kind: required kind.
-            what: name of the value's destination, for the error.
+        Parameters
+        ----------
+        node
+            Syntax node of the value, for the error's line.
+        value
+            Value to convert.
+        kind
+            Required kind.
+        what
+            Name of the value's destination, for the error.
         """
         if value.kind == kind:
             return value

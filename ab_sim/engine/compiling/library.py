@@ -29,8 +29,10 @@ class Kept(NamedTuple):
 class Library:
     """Store of compiled functions, which live as long as this object.
 
-    Args:
-        features: processor features, as for ``MachineCode``.
+    Parameters
+    ----------
+    features
+        Processor features, as for ``MachineCode``.
     """
 
     def __init__(self, features: str | None = None) -> None:
@@ -55,7 +57,9 @@ class Library:
     def made(self, function: FunctionType, flags: Mapping[str, bool]) -> tuple[int, Signature]:
         """Compile a function for these flags.
 
-        Returns:
+        Returns
+        -------
+        tuple[int, Signature]
             Address of its entry, see ``Module``, and its signature.
         """
         with self._lock:
@@ -78,13 +82,17 @@ class Library:
 class Module:
     """LLVM module with a function of the subset and all its callees that are not compiled yet.
 
-    Args:
-        function: function that is called from outside as ``entry(first, others)``, with pointers
-            to the leaves of its first argument and to those of the others, eight bytes each. The
-            entry returns a number; the leaves of a record are written after the others.
-        flags: values of records' bool fields that are known at compile time, by name. Branches that
-            are unreachable with these values are left out, and functions that only they call.
-        library: store of compiled functions.
+    Parameters
+    ----------
+    function
+        Function that is called from outside as ``entry(first, others)``, with pointers to the
+        leaves of its first argument and to those of the others, eight bytes each. The entry returns
+        a number; the leaves of a record are written after the others.
+    flags
+        Values of records' bool fields that are known at compile time, by name. Branches that are
+        unreachable with these values are left out, and functions that only they call.
+    library
+        Store of compiled functions.
     """
 
     def __init__(

@@ -116,11 +116,15 @@ class Signature(NamedTuple):
 class FunctionSource:
     """Source of a function.
 
-    Args:
-        function: function of the subset.
+    Parameters
+    ----------
+    function
+        Function of the subset.
 
-    Raises:
-        Untranslatable: the source is not found, or annotations are not in the subset.
+    Raises
+    ------
+    Untranslatable
+        The source is not found, or annotations are not in the subset.
     """
 
     def __init__(self, function: FunctionType) -> None:

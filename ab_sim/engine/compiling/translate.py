@@ -69,9 +69,12 @@ class Translated(NamedTuple):
 class FunctionTranslator(Conditions):
     """Translator of one function.
 
-    Args:
-        source: source of the function.
-        callees: provider of other functions.
+    Parameters
+    ----------
+    source
+        Source of the function.
+    callees
+        Provider of other functions.
     """
 
     def __init__(self, source: FunctionSource, callees: Callees) -> None:
@@ -303,11 +306,16 @@ class FunctionTranslator(Conditions):
     def _loop(self, body: list[ast.stmt], begin: str, again: str, done: str) -> None:
         """Translate a loop's body from the block ``begin`` on.
 
-        Args:
-            body: statements of the loop.
-            begin: label of the body's first block.
-            again: label to which ``continue`` jumps.
-            done: label to which ``break`` jumps.
+        Parameters
+        ----------
+        body
+            Statements of the loop.
+        begin
+            Label of the body's first block.
+        again
+            Label to which ``continue`` jumps.
+        done
+            Label to which ``break`` jumps.
         """
         self._ways.append((again, done))
         self.loops += 1

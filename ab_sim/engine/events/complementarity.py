@@ -54,11 +54,16 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
     Afterwards slope, table and event functions are those just after the instant. An instant at
     which no consistent branches are found is counted in ``counts``.
 
-    Args:
-        run: run whose state changes; its table was evaluated at the state's angles.
-        time: local time [s].
-        slot: event function that has reached zero, or -1.
-        plastic: True if balls that meet do not bounce.
+    Parameters
+    ----------
+    run
+        Run whose state changes; its table was evaluated at the state's angles.
+    time
+        Local time [s].
+    slot
+        Event function that has reached zero, or -1.
+    plastic
+        True if balls that meet do not bounce.
     """
     balls, work, discrete = run.balls, run.work, run.balls.discrete
     n, between = balls.number, scratch(balls.accelerations)
@@ -108,10 +113,14 @@ def _come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
     ``_choose_branches`` recognises rest by a rate of exactly zero. The rows of these balls are set
     to rest, too.
 
-    Args:
-        balls: balls with their rows.
-        state: state of the system, changed in place.
-        stopped: ball that has stopped; -1 for none.
+    Parameters
+    ----------
+    balls
+        Balls with their rows.
+    state
+        State of the system, changed in place.
+    stopped
+        Ball that has stopped; -1 for none.
     """
     first, still = balls.first_rate, STILL
     if stopped >= 0:
@@ -164,7 +173,9 @@ def _choose_branches(run: Run, x: Floats) -> bool:
     race is within friction, up to one rounding bound; otherwise it slides in the force's direction.
     Call it right after ``evaluate``.
 
-    Returns:
+    Returns
+    -------
+    bool
         True if any branch has changed.
     """
     balls, rows, state, discrete = run.balls, run.work.rows, run.state, run.balls.discrete

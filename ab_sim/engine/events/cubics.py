@@ -38,10 +38,14 @@ def crossing(
     root directly. Otherwise the function itself is interpolated, and Newton's method with bisection
     finds the root of the cubic. If a rate is NEVER (unknown), the interpolation is linear.
 
-    Args:
-        low, high: the two ends [s].
-        at_low, at_high: values there, positive and negative.
-        rate_low, rate_high: time derivatives there.
+    Parameters
+    ----------
+    low, high
+        The two ends [s].
+    at_low, at_high
+        Values there, positive and negative.
+    rate_low, rate_high
+        Time derivatives there.
     """
     length, span = high - low, at_high - at_low
     part = -at_low / span
@@ -67,9 +71,12 @@ def crossing(
 def landing(r0: float, g1: float, r1: float) -> float:
     """Return the second root, in 0 .. 1, of a cubic that rises from zero at 0; 1 if none.
 
-    Args:
-        r0, r1: slopes at 0 and 1.
-        g1: value at 1.
+    Parameters
+    ----------
+    r0, r1
+        Slopes at 0 and 1.
+    g1
+        Value at 1.
     """
     p = 3.0 * g1 - 2.0 * r0 - r1
     q = r0 + r1 - 2.0 * g1

@@ -52,15 +52,22 @@ def event_functions(
 ) -> None:
     """Compute all event functions at a state, right after ``evaluate`` there.
 
-    Args:
-        balls: balls with the results of the evaluation.
-        state: state of the system.
-        slope: time derivative of the state.
-        value: output, values of the functions, shape (slots,). Slots of laws that the scene does
-            not have keep their initial value NEVER.
-        rounding: output, bounds of the values' rounding errors, same shape.
-        rate: output, time derivatives of functions that are speeds or distances, same shape; NEVER
-            for forces.
+    Parameters
+    ----------
+    balls
+        Balls with the results of the evaluation.
+    state
+        State of the system.
+    slope
+        Time derivative of the state.
+    value
+        Output, values of the functions, shape (slots,). Slots of laws that the scene does not have
+        keep their initial value NEVER.
+    rounding
+        Output, bounds of the values' rounding errors, same shape.
+    rate
+        Output, time derivatives of functions that are speeds or distances, same shape; NEVER for
+        forces.
     """
     if balls.has_friction:
         _friction_functions(balls, state, slope, value, rounding, rate)

@@ -48,13 +48,20 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
     Contacts that stay closed are joined afterwards, others are not. Stuck balls start to slide if
     an impulse moves them.
 
-    Args:
-        run: run whose state changes; its table was evaluated at the state's angles.
-        time: local time [s].
-        struck: contact that has just closed.
-        plastic: True if no balls bounce.
+    Parameters
+    ----------
+    run
+        Run whose state changes; its table was evaluated at the state's angles.
+    time
+        Local time [s].
+    struck
+        Contact that has just closed.
+    plastic
+        True if no balls bounce.
 
-    Returns:
+    Returns
+    -------
+    bool
         True if impulses that satisfy Newton's law at all contacts were found.
     """
     balls, rows, state = run.balls, run.work.rows, run.state

@@ -71,14 +71,21 @@ def check_branches(run: Run, time: float) -> None:
 def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
     """Take one step, cut at every event; its result is in ``trial``.
 
-    Args:
-        run: run whose slope, table and event functions are those of its state. State and discrete
-            state change at events.
-        begin: local time at the beginning [s].
-        length: length of the step [s].
-        end: local time at which the next step begins, ``begin + length`` up to rounding [s].
+    Parameters
+    ----------
+    run
+        Run whose slope, table and event functions are those of its state. State and discrete state
+        change at events.
+    begin
+        Local time at the beginning [s].
+    length
+        Length of the step [s].
+    end
+        Local time at which the next step begins, ``begin + length`` up to rounding [s].
 
-    Returns:
+    Returns
+    -------
+    bool
         True if the workspace holds slope and event functions at the step's end. False after an
         event at the end, too many events, or a state out of bounds: the next step then begins with
         ``evaluate`` and ``check_branches``.
@@ -183,7 +190,9 @@ def _other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
 def _event_within(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
     """Return a function that is crossed in a trial step, and a time at which it is crossed.
 
-    Returns:
+    Returns
+    -------
+    tuple[int, float]
         Slot of the function, -1 if there is none, and the time since the step's beginning [s]. The
         state at that time is in ``trial``.
     """
@@ -201,7 +210,9 @@ def _lowest_between(run: Run, now: float, length: float, end: float) -> tuple[in
     trial step to the cubic's minimum shows whether it is crossed there. Rates of forces are not
     known. They are measured only for forces that are small enough to reach zero.
 
-    Returns:
+    Returns
+    -------
+    tuple[int, float]
         Slot of the function, -1 if there is none, and the time since the step's beginning [s].
     """
     work = run.work
@@ -235,7 +246,9 @@ def _next_hidden_crossing(
 
     Rates of forces at both ends are measured if necessary.
 
-    Returns:
+    Returns
+    -------
+    tuple[int, float]
         Slot of the function, or -1, and the position of its minimum as a fraction of the step.
     """
     work = run.work
@@ -300,14 +313,22 @@ def put_force_rates(
 ) -> None:
     """Measure the rates of the event functions at a state by a forward difference.
 
-    Args:
-        run: run whose workspace gets the rates.
-        time: local time of the state [s].
-        shortly: time over which the difference is taken [s].
-        state: state, shape (states,).
-        slope: time derivative of the state.
-        value: event functions at the state.
-        line: line of ``force_rate`` to fill in: 0 for a step's start, 1 for its end.
+    Parameters
+    ----------
+    run
+        Run whose workspace gets the rates.
+    time
+        Local time of the state [s].
+    shortly
+        Time over which the difference is taken [s].
+    state
+        State, shape (states,).
+    slope
+        Time derivative of the state.
+    value
+        Event functions at the state.
+    line
+        Line of ``force_rate`` to fill in: 0 for a step's start, 1 for its end.
     """
     work, near, values = run.work, run.work.near, run.work.near_value
     for j in range(state.size):
@@ -345,13 +366,20 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[int, float]:
     a trial just beyond the root, where exactly one function is crossed, or the end of a bracket
     that is shorter than the tolerance. No other function is crossed earlier at a trial's end.
 
-    Args:
-        run: run whose state and event functions are those at the step's beginning.
-        now: local time at the step's beginning [s].
-        length: length of the initial bracket [s].
-        slot: event function that is crossed at ``length``, where ``trial`` is.
+    Parameters
+    ----------
+    run
+        Run whose state and event functions are those at the step's beginning.
+    now
+        Local time at the step's beginning [s].
+    length
+        Length of the initial bracket [s].
+    slot
+        Event function that is crossed at ``length``, where ``trial`` is.
 
-    Returns:
+    Returns
+    -------
+    tuple[int, float]
         Slot, and time since the step's beginning [s], with the state there in ``trial``.
     """
     work, rounding, start = run.work, run.work.rounding, run.work.value

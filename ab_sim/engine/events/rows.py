@@ -39,11 +39,16 @@ WIDTH = 13
 def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
     """Return g of balls that move as one: the pull in excess of friction at rest, per inertia.
 
-    Args:
-        inertia: sum of the balls' mu [kg].
-        pull: sum of the forces on them [N].
-        hold: sum of their largest static friction [N]; negative if they are not at rest.
-        coarse: bound of the rounding error of ``pull`` [N].
+    Parameters
+    ----------
+    inertia
+        Sum of the balls' mu [kg].
+    pull
+        Sum of the forces on them [N].
+    hold
+        Sum of their largest static friction [N]; negative if they are not at rest.
+    coarse
+        Bound of the rounding error of ``pull`` [N].
     """
     if hold < 0.0:
         return pull / inertia
@@ -65,11 +70,16 @@ def _put_level(rows: Table, pool: int) -> None:
 def _are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
     """Return whether pool ``before`` and the next one push each other, up to rounding.
 
-    Args:
-        rows: rows of touching balls.
-        before: number of the first of the two pools.
-        hop: largest difference of their g at which they stay together.
-        coarse: bound of the rounding error of a force on them [N].
+    Parameters
+    ----------
+    rows
+        Rows of touching balls.
+    before
+        Number of the first of the two pools.
+    hop
+        Largest difference of their g at which they stay together.
+    coarse
+        Bound of the rounding error of a force on them [N].
     """
     here = before + 1
     parts = rows[here, _POOL_LEVEL] - rows[before, _POOL_LEVEL]
@@ -93,7 +103,9 @@ def first_open(balls: BallEvents, rows: Table) -> int:
 def solve_rows(balls: BallEvents, rows: Table) -> bool:
     """Compute LEVEL from the other columns, and join the balls of each pool.
 
-    Returns:
+    Returns
+    -------
+    bool
         True if a contact was joined or separated.
     """
     n, top, changed = balls.number, -1, False

@@ -214,10 +214,14 @@ def evaluate(run: Run, time: float, state: Floats, slope: Floats) -> None:
 def take_step(run: Run, begin: float, length: float) -> None:
     """Take one step from the state, whose slope is known, and write the result to ``trial``.
 
-    Args:
-        run: equations, state and workspace.
-        begin: local time at the beginning of the step [s].
-        length: length of the step [s].
+    Parameters
+    ----------
+    run
+        Equations, state and workspace.
+    begin
+        Local time at the beginning of the step [s].
+    length
+        Length of the step [s].
     """
     c, b, work = run.scene.c, run.balls.branches, run.work
     call(run.scene.step, c, b, run.state, work.slope, work.trial, begin, length)

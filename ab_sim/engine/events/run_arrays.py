@@ -15,9 +15,12 @@ from ab_sim.model.dynamics.system import System, has_contact, has_friction, has_
 def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
     """Return the balls of a system, with arrays for the results of evaluations.
 
-    Args:
-        system: system of equations.
-        discrete: array for ``BallEvents.discrete``, which changes at events.
+    Parameters
+    ----------
+    system
+        System of equations.
+    discrete
+        Array for ``BallEvents.discrete``, which changes at events.
     """
     n, states = len(system.balls), type(system.deck_model).STATES
     every, contact = type(system.deck_model).UNKNOWNS + 1, has_contact(system.effects)

@@ -26,12 +26,17 @@ _REACHES = np.concatenate([0.01 * np.arange(1, 5001), 50.0 * 2.0 ** np.arange(1,
 def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
     """Return the extent of a stepper's stability region from 0 in a direction.
 
-    Args:
-        stepper: method.
-        direction: complex number of modulus 1; -1 is the negative real axis, for decay, and +-1j
-            the imaginary axis, for undamped motion.
+    Parameters
+    ----------
+    stepper
+        method.
+    direction
+        Complex number of modulus 1; -1 is the negative real axis, for decay, and +-1j the imaginary
+        axis, for undamped motion.
 
-    Returns:
+    Returns
+    -------
+    float
         Largest x for which one step does not amplify y' = (x direction / step) y; infinite for a
         method that never amplifies it.
     """
@@ -58,11 +63,16 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
 def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float, str]:
     """Return the longest stable step [s], rounded down to three digits, and its cause.
 
-    Args:
-        stepper: method.
-        rates: eigenvalues [1/s] by the names of their motions; zeros do not limit the step.
+    Parameters
+    ----------
+    stepper
+        method.
+    rates
+        Eigenvalues [1/s] by the names of their motions; zeros do not limit the step.
 
-    Returns:
+    Returns
+    -------
+    tuple[float, str]
         The step and the name of the motion that limits it; infinity and an empty string if none
         does.
     """
@@ -83,14 +93,21 @@ def check_step(
 ) -> None:
     """Refuse a step that is beyond the stability limit.
 
-    Args:
-        stepper: method.
-        step: length of the step [s].
-        rates: eigenvalues [1/s] by the names of their motions.
-        limit: ``largest_step`` of the method and these rates.
+    Parameters
+    ----------
+    stepper
+        method.
+    step
+        Length of the step [s].
+    rates
+        Eigenvalues [1/s] by the names of their motions.
+    limit
+        ``largest_step`` of the method and these rates.
 
-    Raises:
-        SceneError: the step is too long; the message names the limit and its cause.
+    Raises
+    ------
+    SceneError
+        The step is too long; the message names the limit and its cause.
     """
     largest, what = limit
     if step <= largest:
@@ -138,7 +155,9 @@ FOLLOWED = 0.5
 def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepper | None:
     """Return the stepper that is stable at this step with the least effort.
 
-    Returns:
+    Returns
+    -------
+    Stepper | None
         The stepper, which may divide the step into parts; None if no stepper is stable, or if the
         step would be divided although it samples a revolution less than once.
     """
@@ -177,9 +196,12 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
     With commands or a motor, it is ``spindle.max_speed``, because the speed may differ from the
     profile. Otherwise it is the largest speed of the profile.
 
-    Args:
-        scene: scene to run.
-        commanded: True if the run takes commands.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    commanded
+        True if the run takes commands.
     """
     if commanded or "motor" in scene.effects:
         return scene.spindle.max_speed
@@ -193,15 +215,21 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     parts: those of ``rk8``, or those of ``imex8`` if drag makes them cheaper. It does so only if
     the step samples each revolution at least once.
 
-    Args:
-        scene: scene to run.
-        system: system of the scene.
-        fastest: spindle speed [rad/s] up to which the step must be stable; default: the
-            ``top_speed`` of the scene's profile.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    system
+        System of the scene.
+    fastest
+        Spindle speed [rad/s] up to which the step must be stable; default: the ``top_speed`` of the
+        scene's profile.
 
-    Raises:
-        SceneError: unknown stepper, step beyond its stability limit, parameters without a named
-            stepper, or the scene requests an accuracy instead.
+    Raises
+    ------
+    SceneError
+        Unknown stepper, step beyond its stability limit, parameters without a named stepper, or the
+        scene requests an accuracy instead.
     """
     if scene.accuracy is not None:
         raise SceneError(

@@ -13,13 +13,18 @@ def explicit(
 ) -> Stepper:
     """Return a method from its Butcher tableau.
 
-    Args:
-        name: name in scenes.
-        order: order of the method.
-        source: publication of the coefficients.
-        rows: stage weights from the second stage on, up to the diagonal; the stage times are their
-            sums.
-        weights: weights of the stages in the step.
+    Parameters
+    ----------
+    name
+        Name in scenes.
+    order
+        Order of the method.
+    source
+        Publication of the coefficients.
+    rows
+        Stage weights from the second stage on, up to the diagonal; the stage times are their sums.
+    weights
+        Weights of the stages in the step.
     """
     stages = len(weights)
     a, b = np.zeros((stages, stages)), np.array(weights)

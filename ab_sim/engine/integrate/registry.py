@@ -102,8 +102,10 @@ def register_family(
 ) -> Callable[[Callable[..., Stepper]], Callable[..., Stepper]]:
     """Return a decorator that registers a function from parameters to steppers of this name.
 
-    Raises:
-        ValueError: the name is taken.
+    Raises
+    ------
+    ValueError
+        The name is taken.
     """
 
     def add(make: Callable[..., Stepper]) -> Callable[..., Stepper]:
@@ -123,8 +125,10 @@ def steppers() -> dict[str, Stepper]:
 def parameters_of(name: str) -> Mapping[str, Parameter]:
     """Return the parameters of the stepper of a name.
 
-    Raises:
-        SceneError: there is no such stepper, see ``stepper_named``.
+    Raises
+    ------
+    SceneError
+        There is no such stepper, see ``stepper_named``.
     """
     return _family(name).parameters
 
@@ -132,13 +136,18 @@ def parameters_of(name: str) -> Mapping[str, Parameter]:
 def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Stepper:
     """Return the stepper of a name, the same object for the same parameters.
 
-    Args:
-        name: name of the stepper in scenes.
-        parameters: values by parameter's name; others have their defaults.
+    Parameters
+    ----------
+    name
+        Name of the stepper in scenes.
+    parameters
+        Values by parameter's name; others have their defaults.
 
-    Raises:
-        SceneError: the stepper is unknown (the message lists all and the nearest), it has no such
-            parameter, or the parameter's value is not allowed.
+    Raises
+    ------
+    SceneError
+        The stepper is unknown (the message lists all and the nearest), it has no such parameter, or
+        the parameter's value is not allowed.
     """
     family, values = _family(name), dict(parameters or {})
     for key, value in values.items():

@@ -44,13 +44,19 @@ class VectorField:
     f is smooth: it belongs to one segment of the profile, which is continued without end, and to
     fixed branches of set-valued laws. No event changes these here.
 
-    Args:
-        system: system of equations.
-        scheduled: segment of the speed profile.
-        discrete_state: branches of set-valued laws, shape (n + 1, DISCRETE_COLUMNS).
+    Parameters
+    ----------
+    system
+        System of equations.
+    scheduled
+        Segment of the speed profile.
+    discrete_state
+        Branches of set-valued laws, shape (n + 1, DISCRETE_COLUMNS).
 
-    Raises:
-        ValueError: the shape of ``discrete_state`` does not fit the number of balls.
+    Raises
+    ------
+    ValueError
+        The shape of ``discrete_state`` does not fit the number of balls.
     """
 
     def __init__(
@@ -92,12 +98,17 @@ class VectorField:
     def slope(self, time: float, state: np.ndarray) -> np.ndarray:
         """Return f, the state's time derivative, shape (states,).
 
-        Args:
-            time: time [s], with the same origin as the segment's start.
-            state: state, shape (states,).
+        Parameters
+        ----------
+        time
+            Time [s], with the same origin as the segment's start.
+        state
+            State, shape (states,).
 
-        Raises:
-            ValueError: the state has another shape.
+        Raises
+        ------
+        ValueError
+            The state has another shape.
         """
         at, out = self._state(state), np.empty(self.layout.size)
         self.fill(float(time), at, out)
@@ -106,10 +117,14 @@ class VectorField:
     def fill(self, time: float, state: np.ndarray, out: np.ndarray) -> None:
         """Write ``slope`` to an array, without any checks, for frequent calls.
 
-        Args:
-            time: time [s].
-            state: state, shape (states,), contiguous.
-            out: output, shape (states,), contiguous.
+        Parameters
+        ----------
+        time
+            Time [s].
+        state
+            State, shape (states,), contiguous.
+        out
+            Output, shape (states,), contiguous.
         """
         self._function(
             *self._pointers,
@@ -166,15 +181,22 @@ class Flown(NamedTuple):
 class Flow:
     """Flow of a scene's equations in steps of a fixed length, and its exact derivative.
 
-    Args:
-        system: system without events.
-        scheduled: segment of the speed profile, continued without end.
-        discrete_state: branches of set-valued laws, shape (n + 1, DISCRETE_COLUMNS).
-        stepper: explicit Runge-Kutta method.
+    Parameters
+    ----------
+    system
+        System without events.
+    scheduled
+        Segment of the speed profile, continued without end.
+    discrete_state
+        Branches of set-valued laws, shape (n + 1, DISCRETE_COLUMNS).
+    stepper
+        Explicit Runge-Kutta method.
 
-    Raises:
-        ValueError: the system has events, at which the flow has kinks and jumps where steps would
-            have to be cut; or the stepper is not an explicit Runge-Kutta method.
+    Raises
+    ------
+    ValueError
+        The system has events, at which the flow has kinks and jumps where steps would have to be
+        cut; or the stepper is not an explicit Runge-Kutta method.
     """
 
     def __init__(
@@ -197,12 +219,17 @@ class Flow:
     ) -> Flown:
         """Simulate from the start of the segment on.
 
-        Args:
-            start: initial state, shape (states,).
-            duration: duration [s].
-            steps: number of steps.
-            columns: number of entries of the initial state, from the first on, with respect to
-                which derivatives are computed; default: all.
+        Parameters
+        ----------
+        start
+            Initial state, shape (states,).
+        duration
+            Duration [s].
+        steps
+            Number of steps.
+        columns
+            Number of entries of the initial state, from the first on, with respect to which
+            derivatives are computed; default: all.
         """
         size = self.layout.size
         count = size if columns is None else columns
@@ -253,13 +280,20 @@ def _take_steps(
 ) -> None:
     """Take steps from the first line of ``states`` on, together with tangents.
 
-    Args:
-        steps: equations and method.
-        room: work arrays.
-        length: length of a step [s].
-        columns: number of derivatives.
-        states: input and output, shape (steps + 1, states); the first line is the initial state.
-        matrix: output, derivatives, shape (states, columns).
+    Parameters
+    ----------
+    steps
+        Equations and method.
+    room
+        Work arrays.
+    length
+        Length of a step [s].
+    columns
+        Number of derivatives.
+    states
+        Input and output, shape (steps + 1, states); the first line is the initial state.
+    matrix
+        Output, derivatives, shape (states, columns).
     """
     field, size, lanes = steps.field, states.shape[1], steps.field.lanes
     stages, blocks = steps.b.size, (columns + lanes - 1) // lanes

@@ -30,9 +30,12 @@ Other = TypeVar("Other")
 class Code:
     """Machine code of a kind of scene.
 
-    Args:
-        system: any system of this kind.
-        segment: class of its profile's segments.
+    Parameters
+    ----------
+    system
+        Any system of this kind.
+    segment
+        Class of its profile's segments.
     """
 
     def __init__(self, system: System, segment: type[Any]) -> None:
@@ -70,10 +73,14 @@ class Code:
     def made(self, key: Any, name: str, text: Callable[[], str]) -> int:
         """Return the address of a function, which is compiled when it is first requested.
 
-        Args:
-            key: key of the function in the cache.
-            name: name of the function in the text.
-            text: function that returns the LLVM IR.
+        Parameters
+        ----------
+        key
+            Key of the function in the cache.
+        name
+            Name of the function in the text.
+        text
+            Function that returns the LLVM IR.
         """
         with self._lock:
             if key not in self._made:
@@ -84,10 +91,13 @@ class Code:
     def other(self, key: Any, make: Callable[[], Other]) -> Other:
         """Return another object derived from the equations, cached as long as this code lives.
 
-        Args:
-            key: key of the object in the cache.
-            make: function that creates the object; it may request functions of this code, as
-                these have another lock.
+        Parameters
+        ----------
+        key
+            Key of the object in the cache.
+        make
+            Function that creates the object; it may request functions of this code, as these have
+            another lock.
         """
         with self._others_lock:
             if key not in self._others:

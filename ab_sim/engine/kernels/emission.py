@@ -16,10 +16,14 @@ CONSTANTS, BRANCHES, TIMES = "c", "b", "t"
 class Emission:
     """Emitter of a model's functions.
 
-    Args:
-        model: equations as expressions.
-        layout: layout of the constants.
-        segment_fields: names of a segment's fields.
+    Parameters
+    ----------
+    model
+        Equations as expressions.
+    layout
+        Layout of the constants.
+    segment_fields
+        Names of a segment's fields.
     """
 
     def __init__(
@@ -127,15 +131,23 @@ class Emission:
     ) -> tuple[Function, Body]:
         """Return a new function with the arguments c, b, pointers and numbers, and its empty body.
 
-        Args:
-            name: name of the function.
-            pointers: names of further pointers.
-            numbers: inputs that are passed as doubles; in lanes, they are in memory one after the
-                other at the pointer ``TIMES``, which comes after b.
-            state: name of the pointer to the state.
-            lanes: number of runs or instants computed together.
-            uniform: pointers to numbers that are the same in all lanes.
-            times: True if numbers are at ``TIMES`` without lanes, too.
+        Parameters
+        ----------
+        name
+            Name of the function.
+        pointers
+            Names of further pointers.
+        numbers
+            Inputs that are passed as doubles; in lanes, they are in memory one after the other at
+            the pointer ``TIMES``, which comes after b.
+        state
+            Name of the pointer to the state.
+        lanes
+            Number of runs or instants computed together.
+        uniform
+            Pointers to numbers that are the same in all lanes.
+        times
+            True if numbers are at ``TIMES`` without lanes, too.
         """
         shape, places = Shape(self.model.count, lanes), dict(self.places)
         places |= self.state_places(state) if state else {}
@@ -180,12 +192,18 @@ class Emission:
     ) -> None:
         """Emit stores in the layout of a row: spindle and deck, numbers of each ball, motor.
 
-        Args:
-            body: emitter to use.
-            pointer: name of the pointer to the row.
-            first: numbers of spindle and deck.
-            of_balls: quantities per ball; those of one ball are adjacent in the row.
-            torque: motor torque, which is left out without a motor.
+        Parameters
+        ----------
+        body
+            Emitter to use.
+        pointer
+            Name of the pointer to the row.
+        first
+            Numbers of spindle and deck.
+        of_balls
+            Quantities per ball; those of one ball are adjacent in the row.
+        torque
+            Motor torque, which is left out without a motor.
         """
         for k, x in enumerate(first):
             body.store(x, MemorySlot(pointer, k))

@@ -67,9 +67,12 @@ class Model:
 
     A kind has one deck model, the same effects, one number of balls, and one class of segments.
 
-    Args:
-        system: any system of this kind.
-        segment: class of the segments.
+    Parameters
+    ----------
+    system
+        Any system of this kind.
+    segment
+        Class of the segments.
     """
 
     def __init__(self, system: System, segment: type[Any]) -> None:
@@ -135,10 +138,13 @@ class Model:
     def mobility(self, force: Number, ahead: Number | None = None) -> Number:
         """Return the balls' accelerations under a force (``equations.arrowhead.Mobility``).
 
-        Args:
-            force: force along the race on each ball.
-            ahead: time [s] after which the drag is evaluated, at the speed reached then; None
-                evaluates it at the speed of the state.
+        Parameters
+        ----------
+        force
+            Force along the race on each ball.
+        ahead
+            Time [s] after which the drag is evaluated, at the speed reached then; None evaluates it
+            at the speed of the state.
         """
         if ahead is not None:
             drag = over_effects(self.effects, "ball_drag", 0.0, self.balls.each)
@@ -160,9 +166,12 @@ class Model:
     ) -> tuple[SpindleMotion, Torques | None, OnRace, Arrow]:
         """Return the spindle's motion and torques, the balls' positions, and the equations.
 
-        Args:
-            at: state.
-            c, s: cosine and sine of the balls' angles; None to compute them.
+        Parameters
+        ----------
+        at
+            state.
+        c, s
+            Cosine and sine of the balls' angles; None to compute them.
         """
         spindle, torques = self.spindle(at)
         c = cos(at.theta) if c is None else c

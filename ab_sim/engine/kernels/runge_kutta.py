@@ -75,11 +75,16 @@ def step_text(
     k is the slope at the step's beginning, and the state at its end is written to trial. In lanes,
     it is ``step(c, b, t, y, k, trial)``, with begin and length of each run at t.
 
-    Args:
-        emission: emitter of the model's functions.
-        method: method of the step.
-        lanes: number of runs computed together.
-        parts: number of equal parts into which the step is divided.
+    Parameters
+    ----------
+    emission
+        Emitter of the model's functions.
+    method
+        Method of the step.
+    lanes
+        Number of runs computed together.
+    parts
+        Number of equal parts into which the step is divided.
     """
     if isinstance(method, Extrapolation):
         step = _Step(emission, lanes, parts, emission.implicit_slope(), ahead=True)
@@ -127,12 +132,18 @@ def _extrapolated(step: "_Step", method: Extrapolation) -> list[str]:
 class _Step:
     """Function of a step, with the state in registers and calls of the slope at trial states.
 
-    Args:
-        emission: emitter of the model's functions.
-        lanes: number of runs computed together.
-        parts: number of equal parts of the step; a loop repeats the method for each.
-        roots: rates of change of the states.
-        ahead: True if the rates take the input ``ahead``.
+    Parameters
+    ----------
+    emission
+        Emitter of the model's functions.
+    lanes
+        Number of runs computed together.
+    parts
+        Number of equal parts of the step; a loop repeats the method for each.
+    roots
+        Rates of change of the states.
+    ahead
+        True if the rates take the input ``ahead``.
     """
 
     def __init__(

@@ -36,14 +36,22 @@ def run_of(
 ) -> Run:
     """Return a Run with newly allocated work arrays.
 
-    Args:
-        system: system to simulate.
-        code: machine code of its kind of scene.
-        step_address: address of the stepper's emitted step.
-        step: step length [s].
-        state: state, shape (states,); updated by the run.
-        discrete: ``BallEvents.discrete``; updated by the run.
-        bounds: largest valid magnitudes of the states, shape (states,).
+    Parameters
+    ----------
+    system
+        System to simulate.
+    code
+        Machine code of its kind of scene.
+    step_address
+        Address of the stepper's emitted step.
+    step
+        Step length [s].
+    state
+        State, shape (states,); updated by the run.
+    discrete
+        ``BallEvents.discrete``; updated by the run.
+    bounds
+        Largest valid magnitudes of the states, shape (states,).
     """
     balls = balls_of(system, discrete)
     work = workspace(balls, bounds)

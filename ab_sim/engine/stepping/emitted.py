@@ -35,11 +35,16 @@ def settle_address(code: Code, layout: StateLayout, quaternion: int, lanes: int)
     has a line for each ball, and one for the spindle if a motor drives it; ``status`` has the lines
     ``SOUND`` and ``MOVED``.
 
-    Args:
-        code: machine code of the kind of scene, which caches the function.
-        layout: layout of the state.
-        quaternion: index of a spatial deck's quaternion in the state; -1 without one.
-        lanes: number of runs side by side.
+    Parameters
+    ----------
+    code
+        Machine code of the kind of scene, which caches the function.
+    layout
+        Layout of the state.
+    quaternion
+        Index of a spatial deck's quaternion in the state; -1 without one.
+    lanes
+        Number of runs side by side.
     """
     return code.made("settle", "settle", partial(_settle_text, layout, quaternion, lanes))
 
@@ -117,9 +122,12 @@ def event_test_address(code: Code, lanes: int) -> int:
     if the step cannot contain an event. ``seen`` must hold the values from the step's start and is
     overwritten: see ``size_of_seen``.
 
-    Args:
-        code: machine code of the kind of scene, which caches the function.
-        lanes: number of runs side by side.
+    Parameters
+    ----------
+    code
+        Machine code of the kind of scene, which caches the function.
+    lanes
+        Number of runs side by side.
     """
     return code.made("event_test", "event_test", partial(_event_test_text, code.emission, lanes))
 
@@ -272,10 +280,14 @@ def _doubt_of_force(
 
     The bound follows from values and changes at both ends of the step.
 
-    Args:
-        g0, g1: values at the start and at the end [N or N m].
-        r0, r1: rates there times the length of the step.
-        size: magnitude of the terms of the force, to which its rounding error is relative.
+    Parameters
+    ----------
+    g0, g1
+        Values at the start and at the end [N or N m].
+    r0, r1
+        Rates there times the length of the step.
+    size
+        Magnitude of the terms of the force, to which its rounding error is relative.
     """
     sure = _SURE * size
     varies = abs(r0) + abs(r1)

@@ -60,16 +60,26 @@ def advance(
     With ``steps`` 0, update only the branches of the set-valued laws. If ``samples`` then has room,
     record the present state instead, without changing anything.
 
-    Args:
-        run: the Run; its arrays change.
-        step_plan: consecutive step ranges, shape (step ranges, columns as above).
-        at: index of the step range that contains the first step, or the first of its parts.
-        first: steps taken before.
-        steps: number of steps to take.
-        command: requested speed [rad/s]; NaN for that of the profile.
-        samples: shape (steps, channels), or more lines; columns as above.
+    Parameters
+    ----------
+    run
+        The Run; its arrays change.
+    step_plan
+        Consecutive step ranges, shape (step ranges, columns as above).
+    at
+        Index of the step range that contains the first step, or the first of its parts.
+    first
+        Steps taken before.
+    steps
+        Number of steps to take.
+    command
+        Requested speed [rad/s]; NaN for that of the profile.
+    samples
+        Shape (steps, channels), or more lines; columns as above.
 
-    Returns:
+    Returns
+    -------
+    int
         Number n of steps taken; -1 - n if the state left its bounds in the next one.
     """
     only_record = steps == 0 and samples.shape[0] > 0
@@ -92,10 +102,14 @@ def steps_in(line: Floats, first: int, remaining: int) -> tuple[int, int]:
 
     All parts of a step write the same sample, so that of the last part remains.
 
-    Args:
-        line: line of the step plan.
-        first: steps taken before.
-        remaining: number of steps still to take.
+    Parameters
+    ----------
+    line
+        Line of the step plan.
+    first
+        Steps taken before.
+    remaining
+        Number of steps still to take.
     """
     here = int(min(line[END] - first, float(remaining)))
     return here, max(here, 1) if remaining > 0 else 0
@@ -149,13 +163,20 @@ def time_after(run: Run, step_range: EqualSteps, done: int) -> float:
 def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -> int:
     """Take steps along one step range, in the profile segment of the scene's constants.
 
-    Args:
-        run: the Run.
-        step_range: the range.
-        samples: samples whose rows are recorded.
-        steps: number of steps; with 0, the present state is recorded if ``samples`` has room.
+    Parameters
+    ----------
+    run
+        The Run.
+    step_range
+        The range.
+    samples
+        Samples whose rows are recorded.
+    steps
+        Number of steps; with 0, the present state is recorded if ``samples`` has room.
 
-    Returns:
+    Returns
+    -------
+    int
         Number of steps taken; fewer than requested if the state left its bounds.
     """
     work, state, length = run.work, run.state, step_range.length
@@ -208,12 +229,17 @@ def take_over_end(work: Workspace) -> None:
 def record(run: Run, time: float, profile_time: float, sample: Floats) -> None:
     """Record the row of a sample; without events, compute also the slope at the state.
 
-    Args:
-        run: the Run.
-        time: local time of the state [s].
-        profile_time: time at which the profile is evaluated [s]. It equals ``time`` up to rounding,
-            except in part of a step, where it is the end of the whole step.
-        sample: sample to fill in.
+    Parameters
+    ----------
+    run
+        The Run.
+    time
+        Local time of the state [s].
+    profile_time
+        Time at which the profile is evaluated [s]. It equals ``time`` up to rounding, except in
+        part of a step, where it is the end of the whole step.
+    sample
+        Sample to fill in.
     """
     c, b, balls = run.scene.c, run.balls.branches, run.balls
     # With events the slope comes from the evaluation, which recording must not overwrite: results
@@ -230,7 +256,9 @@ def record(run: Run, time: float, profile_time: float, sample: Floats) -> None:
 def unwind(run: Run) -> bool:
     """Move whole turns of balls and spindle into counters, so that angles keep their precision.
 
-    Returns:
+    Returns
+    -------
+    bool
         Whether the state changed, by that or by normalising a quaternion.
     """
     balls, state = run.balls, run.state

@@ -110,10 +110,13 @@ def _share_changed(work: ImplicitWork, reach: float, first: int, end: int) -> fl
 def reduce(table: Table, size: int) -> None:
     """Solve linear equations by Gauss-Jordan elimination with partial pivoting, in place.
 
-    Args:
-        table: matrix with the right-hand side in its last column, shape (size, size + 1). The last
-            column holds the solution at the end.
-        size: number of equations.
+    Parameters
+    ----------
+    table
+        Matrix with the right-hand side in its last column, shape (size, size + 1). The last column
+        holds the solution at the end.
+    size
+        Number of equations.
     """
     for p in range(size):
         best = p

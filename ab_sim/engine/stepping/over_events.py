@@ -176,7 +176,9 @@ def _evaluate_at_step_ends(runs: LaneRuns, run: Run, lane: int) -> None:
 def _step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
     """Take one run's step alone, cut at its events, and copy the result into the lanes.
 
-    Returns:
+    Returns
+    -------
+    bool
         The result of ``cut_at_events``: False if the branches must be checked at the step's end.
     """
     work, times = run.work, runs.times

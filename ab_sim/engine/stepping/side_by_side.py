@@ -105,10 +105,14 @@ class LaneSamples(NamedTuple):
 def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -> None:
     """Take the steps of a plan with eight runs without events; record every ``every``-th.
 
-    Args:
-        runs: runs; state and turns are those after the last step at the end.
-        plan: step plan.
-        samples: samples of each run; their channels are those of ``fixed_step.record``.
+    Parameters
+    ----------
+    runs
+        Runs; state and turns are those after the last step at the end.
+    plan
+        Step plan.
+    samples
+        Samples of each run; their channels are those of ``fixed_step.record``.
     """
     c, b, times, state = runs.c, runs.b, runs.times, runs.state
     for s in range(plan.rows.shape[0]):

@@ -30,13 +30,19 @@ from ab_sim.tracing.machine_code import AS_WRITTEN, MachineCode
 class TaylorCode:
     """Machine code of Taylor steps for a kind of scene.
 
-    Args:
-        code: machine code of the scene's equations.
-        order: order of the series.
-        lanes: number of runs side by side.
+    Parameters
+    ----------
+    code
+        Machine code of the scene's equations.
+    order
+        Order of the series.
+    lanes
+        Number of runs side by side.
 
-    Raises:
-        SceneError: a formula has no Taylor series.
+    Raises
+    ------
+    SceneError
+        A formula has no Taylor series.
     """
 
     def __init__(self, code: Code, order: int, lanes: int) -> None:
@@ -67,13 +73,20 @@ def lanes_of(
 ) -> TaylorRuns:
     """Return runs of one kind of scene; their arrays are allocated, for the caller to fill in.
 
-    Args:
-        system: any system of the kind.
-        code: machine code of the kind.
-        parameters: parameters of the method.
-        step: step of the scene [s].
-        every: steps from one recorded sample to the next.
-        lanes: number of runs.
+    Parameters
+    ----------
+    system
+        Any system of the kind.
+    code
+        Machine code of the kind.
+    parameters
+        Parameters of the method.
+    step
+        Step of the scene [s].
+    every
+        Steps from one recorded sample to the next.
+    lanes
+        Number of runs.
     """
     code_ = taylor_code(code, parameters.order, lanes)
     states, n = layout_of(system).size, len(system.balls)
@@ -112,11 +125,16 @@ def lanes_of(
 def run_by_taylor(run: Run, system: System, code: Code, parameters: TaylorParameters) -> TaylorRun:
     """Return a single run by Taylor's method, whose state is in the memory of ``run``.
 
-    Args:
-        run: Run with a memory of ``memory_size`` numbers.
-        system: system to simulate.
-        code: machine code of its kind of scene.
-        parameters: parameters of the method.
+    Parameters
+    ----------
+    run
+        Run with a memory of ``memory_size`` numbers.
+    system
+        System to simulate.
+    code
+        Machine code of its kind of scene.
+    parameters
+        Parameters of the method.
     """
     lane_runs, states = lanes_of(system, code, parameters, run.step, 1, 1), run.state.size
     memory, column = run.work.memory[0], (-1, 1)

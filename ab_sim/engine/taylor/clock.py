@@ -69,8 +69,10 @@ The last two are equal for all runs."""
 class ClockLines:
     """Lines of the clock as expressions.
 
-    Args:
-        graph: graph that has them as inputs.
+    Parameters
+    ----------
+    graph
+        Graph that has them as inputs.
     """
 
     def __init__(self, graph: Graph) -> None:

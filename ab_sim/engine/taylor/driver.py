@@ -139,11 +139,16 @@ def _set_first_sample(runs: TaylorRuns, lane: int) -> None:
 def _next_samples(runs: TaylorRuns, row: Floats) -> bool:
     """Compute state and row at the next sample of each run that has one in its current step.
 
-    Args:
-        runs: the runs; those with a sample are marked on their clock.
-        row: rows to fill in.
+    Parameters
+    ----------
+    runs
+        The runs; those with a sample are marked on their clock.
+    row
+        Rows to fill in.
 
-    Returns:
+    Returns
+    -------
+    bool
         Whether any run had a sample; if not, all samples of the range have been taken.
     """
     c, b, clock, signals = runs.c, runs.b, runs.clock, runs.status
@@ -193,11 +198,16 @@ def advance_by_taylor(
 def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> None:
     """Continue the step in memory; without one, begin a step at the present state.
 
-    Args:
-        one: the run.
-        step_range: range of the scene's steps to take.
-        until: local time at which the segment of the schedule ends [s].
-        count: number of the scene's steps to take.
+    Parameters
+    ----------
+    one
+        The run.
+    step_range
+        Range of the scene's steps to take.
+    until
+        Local time at which the segment of the schedule ends [s].
+    count
+        Number of the scene's steps to take.
     """
     run, lane_runs = one.run, one.arrays
     clock, memory, balls = lane_runs.clock, run.work.memory, run.balls

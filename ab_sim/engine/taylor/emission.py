@@ -44,10 +44,14 @@ _FRACTION, _ONE = 0xFFFFFFFFFFFFF, 0x3FF0000000000000
 def step_length(into: Function, log_tolerance: str, squares: dict[int, str]) -> str:
     """Emit the length of a step [s] and return its name.
 
-    Args:
-        into: function to extend.
-        log_tolerance: name of the tolerance's base-2 logarithm.
-        squares: names of the squared norms of coefficients, by order.
+    Parameters
+    ----------
+    into
+        Function to extend.
+    log_tolerance
+        Name of the tolerance's base-2 logarithm.
+    squares
+        Names of the squared norms of coefficients, by order.
     """
     lanes = into.shape.lanes
     of, logarithms = kind(lanes), []
@@ -122,9 +126,12 @@ def _whole(value: int, lanes: int) -> str:
 class TaylorEmission:
     """Functions that a driver of Taylor steps calls: see ``ab_sim.engine.taylor``.
 
-    Args:
-        emission: emission of the equations.
-        order: order of the series.
+    Parameters
+    ----------
+    emission
+        Emission of the equations.
+    order
+        Order of the series.
     """
 
     def __init__(self, emission: Emission, order: int) -> None:

@@ -21,12 +21,17 @@ def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
 
     A state that each ball has is one expression for all balls.
 
-    Args:
-        model: model without events.
-        order: order of the series.
+    Parameters
+    ----------
+    model
+        Model without events.
+    order
+        Order of the series.
 
-    Raises:
-        NotAnalyticError: a formula has no Taylor series.
+    Raises
+    ------
+    NotAnalyticError
+        A formula has no Taylor series.
     """
     at = model.motion()
     equations = _Equations(model)
@@ -51,10 +56,14 @@ def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: 
     The deck's displacement is divided by the race's radius, or by 1 mm without balls. Its rotations
     are not scaled.
 
-    Args:
-        model: see ``state_coefficients``.
-        coefficients: result of ``state_coefficients``.
-        k: order of the coefficient.
+    Parameters
+    ----------
+    model
+        See ``state_coefficients``.
+    coefficients
+        Result of ``state_coefficients``.
+    k
+        Order of the coefficient.
     """
     n = model.count
     length = n / over_balls(n, model.balls.race_curvature) if n else _MM

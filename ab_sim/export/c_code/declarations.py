@@ -173,11 +173,16 @@ def indented(lines: Iterable[str]) -> str:
 def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()) -> str:
     """Return the declaration of a struct's field, after its comment if the comment is long.
 
-    Args:
-        name: name of the field.
-        unit: unit of the values; "1" is left out.
-        about: meaning of the field.
-        shape: sizes of an array's axes.
+    Parameters
+    ----------
+    name
+        Name of the field.
+    unit
+        Unit of the values; "1" is left out.
+    about
+        Meaning of the field.
+    shape
+        Sizes of an array's axes.
     """
     size = "".join(f"[{size}]" for size in shape)
     words = plain(": ".join(part for part in (unit if unit != "1" else "", about) if part))
@@ -237,10 +242,14 @@ def outputs(
 ) -> Iterator[Output]:
     """Yield all outputs of a drive.
 
-    Args:
-        channels: channels of the deck.
-        balls: number of balls.
-        sensors: accelerometers by name.
+    Parameters
+    ----------
+    channels
+        Channels of the deck.
+    balls
+        Number of balls.
+    sensors
+        Accelerometers by name.
     """
     yield Output("angle", "rad", "angle of the spindle, unwrapped")
     yield Output("speed", "rad/s", "speed of the spindle")
@@ -281,10 +290,14 @@ def sensor_rows(
 ) -> Iterator[str]:
     """Yield the rows of the C table of sensors.
 
-    Args:
-        sensors: sensors of the scene.
-        step: integration step [s].
-        starts: specific force at the start on each sensor's axes [m/s^2].
+    Parameters
+    ----------
+    sensors
+        Sensors of the scene.
+    step
+        Integration step [s].
+    starts
+        Specific force at the start on each sensor's axes [m/s^2].
     """
     for name, sensor in sensors.items():
         numbers = [

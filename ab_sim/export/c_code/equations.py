@@ -49,12 +49,18 @@ def equations_of(
 ) -> Equations:
     """Return the functions of a system in C.
 
-    Args:
-        system: system to convert.
-        parameters: all fields of ``struct drive_parameters``.
-        kinds: kinds of the profile's segments.
-        channels: names of the deck's channels, as fields of ``struct drive_outputs``.
-        sensors: sensors of the scene.
+    Parameters
+    ----------
+    system
+        System to convert.
+    parameters
+        All fields of ``struct drive_parameters``.
+    kinds
+        Kinds of the profile's segments.
+    channels
+        Names of the deck's channels, as fields of ``struct drive_outputs``.
+    sensors
+        Sensors of the scene.
     """
     emitted = [_Kind(system, kind, _places(parameters), channels) for kind in kinds]
     forces = _forces(system, channels, sensors, _places(parameters)) if sensors else _NOTHING
@@ -181,11 +187,16 @@ class _Kind:
 def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, int]) -> str:
     """Return a C function's text, with the pointers that its lines use.
 
-    Args:
-        head: return type and name.
-        arguments: arguments of the function.
-        lines: body of the function.
-        balls: positions of the first ball's angle and rate in the state.
+    Parameters
+    ----------
+    head
+        Return type and name.
+    arguments
+        Arguments of the function.
+    lines
+        Body of the function.
+    balls
+        Positions of the first ball's angle and rate in the state.
     """
     body = "\n".join(lines)
 

@@ -130,11 +130,16 @@ def _model_description(
 ) -> bytes:
     """Return the content of ``modelDescription.xml``.
 
-    Args:
-        scene: scene of the drive.
-        variables: variables in the order of their value references.
-        identifier: name of the model, a C identifier.
-        token: instantiation token, which the binary compares with its own.
+    Parameters
+    ----------
+    scene
+        Scene of the drive.
+    variables
+        Variables in the order of their value references.
+    identifier
+        Name of the model, a C identifier.
+    token
+        Instantiation token, which the binary compares with its own.
     """
     root = Xml.Element(
         "fmiModelDescription",
@@ -245,12 +250,17 @@ class Fmu(NamedTuple):
 def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     """Return the FMU of a drive.
 
-    Args:
-        sources: sources of the drive.
-        identifier: name of the model, a C identifier.
+    Parameters
+    ----------
+    sources
+        Sources of the drive.
+    identifier
+        Name of the model, a C identifier.
 
-    Raises:
-        InputError: the C compiler fails.
+    Raises
+    ------
+    InputError
+        The C compiler fails.
     """
     variables, machine = _variables_of(sources), _platform_tuple()
     drive = {name: sources.files[name] for name in ("drive.h", "drive.c")}
@@ -289,13 +299,19 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
 def write_fmu(sources: DriveSources, file: Path, option: str) -> Fmu:
     """Write a drive's FMU and return it.
 
-    Args:
-        sources: sources of the drive.
-        file: file to write.
-        option: name of the file in messages.
+    Parameters
+    ----------
+    sources
+        Sources of the drive.
+    file
+        File to write.
+    option
+        Name of the file in messages.
 
-    Raises:
-        InputError: the C compiler fails, or the file cannot be written; nothing has changed.
+    Raises
+    ------
+    InputError
+        The C compiler fails, or the file cannot be written; nothing has changed.
     """
     content = fmu_of(sources, identifier_of(file.stem))
     try:
@@ -350,8 +366,10 @@ def _unsupported(text: str) -> Iterator[str]:
 def _binary(sources: dict[str, str]) -> bytes | None:
     """Compile the shared library; return None without a C compiler.
 
-    Raises:
-        InputError: the compiler fails.
+    Raises
+    ------
+    InputError
+        The compiler fails.
     """
     compiler = shutil.which("cc")
     if compiler is None:

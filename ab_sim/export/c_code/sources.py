@@ -50,13 +50,17 @@ from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
 def _suitable(scene: Scene) -> tuple[System, Choice]:
     """Return a scene's system and stepper, if it can be converted to C.
 
-    Args:
-        scene: scene to convert.
+    Parameters
+    ----------
+    scene
+        Scene to convert.
 
-    Raises:
-        SceneError: the scene has effects with events, probes, an accuracy, or a profile that
-            depends on measurements (one message names all of these); or its method is not explicit;
-            or its step is too long at ``spindle.max_speed``, the limit of commands.
+    Raises
+    ------
+    SceneError
+        The scene has effects with events, probes, an accuracy, or a profile that depends on
+        measurements (one message names all of these); or its method is not explicit; or its step is
+        too long at ``spindle.max_speed``, the limit of commands.
     """
     refusals = list(_refusals(scene))
     if len(refusals) == 1:
@@ -186,8 +190,10 @@ def kinds_of(schedule: SpeedSchedule) -> list[type[Any]]:
 def sources_of(scene: Scene) -> DriveSources:
     """Return a scene's drive as C99 files.
 
-    Raises:
-        SceneError: the scene cannot be converted to C, see ``_suitable``.
+    Raises
+    ------
+    SceneError
+        The scene cannot be converted to C, see ``_suitable``.
     """
     system, choice = _suitable(scene)
     schedule = SpeedSchedule.of_scene(scene)
@@ -350,13 +356,19 @@ def _expected(scene: Scene) -> str:
 def check_output(folder: Path, names: list[str], option: str) -> None:
     """Refuse a folder that is not writable, or that has files of other origin with these names.
 
-    Args:
-        folder: folder to write to.
-        names: names of the files to write.
-        option: name of the folder in messages, e.g. ``--out``.
+    Parameters
+    ----------
+    folder
+        Folder to write to.
+    names
+        Names of the files to write.
+    option
+        Name of the folder in messages, e.g. ``--out``.
 
-    Raises:
-        InputError: the folder cannot be used; the message states the reason.
+    Raises
+    ------
+    InputError
+        The folder cannot be used; the message states the reason.
     """
     check_can_be_made(folder, option)
     for name in names:
@@ -371,13 +383,19 @@ def check_output(folder: Path, names: list[str], option: str) -> None:
 def write_sources(sources: DriveSources, folder: Path, option: str) -> list[Path]:
     """Write a drive's files to a folder, which is created if missing; return their paths.
 
-    Args:
-        sources: files to write.
-        folder: folder to write to.
-        option: name of the folder in messages.
+    Parameters
+    ----------
+    sources
+        Files to write.
+    folder
+        Folder to write to.
+    option
+        Name of the folder in messages.
 
-    Raises:
-        InputError: the folder cannot be used or a file cannot be written; nothing has changed.
+    Raises
+    ------
+    InputError
+        The folder cannot be used or a file cannot be written; nothing has changed.
     """
     check_output(folder, list(sources.files), option)
     try:

@@ -21,10 +21,14 @@ def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> s
     replaced by a value, which may have several lines. All values are inserted in one pass, so that
     a name within a value is not replaced.
 
-    Args:
-        name: file name of the template.
-        values: values by their names.
-        flags: flags by their names.
+    Parameters
+    ----------
+    name
+        File name of the template.
+    values
+        Values by their names.
+    flags
+        Flags by their names.
     """
     lines, keep = [], True
     for line in (_TEMPLATES / name).read_text(encoding="utf-8").splitlines():

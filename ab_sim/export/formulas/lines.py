@@ -25,8 +25,10 @@ def in_latex(symbol: str) -> str:
 class Symbols:
     """Inputs of a graph by their symbols in plain text.
 
-    Args:
-        graph: graph in which the inputs are created.
+    Parameters
+    ----------
+    graph
+        Graph in which the inputs are created.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -104,12 +106,18 @@ def lines_of(
     first. Then names are removed one by one: unused ones, and those used once, as long as every
     line stays within ``WIDTH``.
 
-    Args:
-        equations: equations in the order of printing.
-        locals_: intermediate quantities that can be named.
-        known_symbols: symbols of some of these quantities, by their names in the source.
-        explained: symbols that need no definition.
-        always: True to name all quantities even in short lines, for a system of equations.
+    Parameters
+    ----------
+    equations
+        Equations in the order of printing.
+    locals_
+        Intermediate quantities that can be named.
+    known_symbols
+        Symbols of some of these quantities, by their names in the source.
+    explained
+        Symbols that need no definition.
+    always
+        True to name all quantities even in short lines, for a system of equations.
     """
     symbols = _symbols(equations, locals_, dict(known_symbols or {}))
     if not always and _short(equations, {}):

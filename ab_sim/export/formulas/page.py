@@ -18,8 +18,10 @@ WIDE = 100
 def page_from_code(page: str) -> str:
     """Return a page with its generated parts replaced.
 
-    Raises:
-        ValueError: the markers of a part are missing, or occur more than once.
+    Raises
+    ------
+    ValueError
+        The markers of a part are missing, or occur more than once.
     """
     for name, lines in (("planar", _planar()), ("effects", _effects())):
         begin, end = f"<!-- {name}: made by {MAKE} -->", f"<!-- {name}: end -->"

@@ -41,9 +41,12 @@ from ab_sim.scene.model import Scene
 def system_of(scene: Scene, energy_balance: bool = False) -> System:
     """Return the system of a scene: constants and effects.
 
-    Args:
-        scene: a checked scene.
-        energy_balance: True to integrate motor work and losses along with the motion.
+    Parameters
+    ----------
+    scene
+        A checked scene.
+    energy_balance
+        True to integrate motor work and losses along with the motion.
     """
     effects = tuple(scene.effects.values())
     deck_model = registry.of_scene(scene).make(scene, effects)
@@ -67,10 +70,14 @@ def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[flo
 
     The turns in the ball's start angle are set to 0.
 
-    Args:
-        ball: mass [kg] and radius [m] of the ball.
-        radius: radius of the race [m].
-        effects: the scene's effects. Their numbers and the ball's may be columns, shape (runs,).
+    Parameters
+    ----------
+    ball
+        Mass [kg] and radius [m] of the ball.
+    radius
+        Radius of the race [m].
+    effects
+        The scene's effects. Their numbers and the ball's may be columns, shape (runs,).
     """
     m, a = ball
     spin = over_effects(effects, "ball_inertia", 0.0, ball)
@@ -111,9 +118,12 @@ def state_bounds(system: System, step: float) -> np.ndarray:
     no stepper can follow more. Energies grow without limit in valid runs; their bound only keeps
     them finite.
 
-    Args:
-        system: the system.
-        step: integration step [s].
+    Parameters
+    ----------
+    system
+        The system.
+    step
+        Integration step [s].
     """
     layout = layout_of(system)
     bounds = np.full(layout.size, 1e150)
@@ -128,13 +138,17 @@ def state_bounds(system: System, step: float) -> np.ndarray:
 def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
     """Return the fastest eigenvalues [1/s] of the linear parts of the equations, by name.
 
-    Args:
-        system: the system.
-        top_speed: largest spindle speed [rad/s]; on rotating axes, the deck's whirl is faster by
-            this speed.
+    Parameters
+    ----------
+    system
+        The system.
+    top_speed
+        Largest spindle speed [rad/s]; on rotating axes, the deck's whirl is faster by this speed.
 
-    Raises:
-        SceneError: a method of an effect returns numbers that are not finite.
+    Raises
+    ------
+    SceneError
+        A method of an effect returns numbers that are not finite.
     """
     effects = system.effects
     deck_rates = registry.of_system(system).rates(system, top_speed)
@@ -247,8 +261,10 @@ def _mass_matrix(system: System, along: float) -> np.ndarray:
 def linearised(system: System) -> Linearised:
     """Return the linear equations of the deck's small motions about its position at rest.
 
-    Raises:
-        SceneError: there is no position at rest, or the deck model does not provide them.
+    Raises
+    ------
+    SceneError
+        There is no position at rest, or the deck model does not provide them.
     """
     return registry.of_system(system).linearised(system)
 

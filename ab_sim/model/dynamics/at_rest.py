@@ -21,14 +21,21 @@ def place_at_rest(
 ) -> np.ndarray | None:
     """Return the equilibrium position, searched for in the direction of the weight.
 
-    Args:
-        unbalanced: function of displacement [m] and turn [rad] that returns forces and moments
-            relative to the weight.
-        stored: function of the displacement that returns the energy in the springs [J].
-        weight: weight of the deck [N], one component per axis, shape (axes,).
-        turns: number of components of the turn, which follow those of the displacement.
+    Parameters
+    ----------
+    unbalanced
+        Function of displacement [m] and turn [rad] that returns forces and moments relative to the
+        weight.
+    stored
+        Function of the displacement that returns the energy in the springs [J].
+    weight
+        Weight of the deck [N], one component per axis, shape (axes,).
+    turns
+        Number of components of the turn, which follow those of the displacement.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray | None
         Displacement [m] and turn [rad], shape (axes + turns,); None if no solution is found.
     """
     from scipy.optimize import approx_fprime, root  # takes as long as a run to import

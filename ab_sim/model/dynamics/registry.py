@@ -63,8 +63,10 @@ _deck_models: dict[str, RegisteredDeckModel] = {}
 def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -> None:
     """Register a deck model for scenes in this process.
 
-    Raises:
-        ValueError: the name is taken, or the class is registered under another name.
+    Raises
+    ------
+    ValueError
+        The name is taken, or the class is registered under another name.
     """
     if name in _deck_models:
         raise ValueError(f"deck model {name!r} is registered twice")
@@ -99,13 +101,18 @@ def of_system(system: System) -> DeckFromScene:
 def require_built_in(scene: Scene, request: str) -> None:
     """Refuse a user's deck model for formulas that hold for the built-in ones only.
 
-    Args:
-        scene: a checked scene.
-        request: name of the request that uses the formulas, for the message.
+    Parameters
+    ----------
+    scene
+        A checked scene.
+    request
+        Name of the request that uses the formulas, for the message.
 
-    Raises:
-        SceneError: the scene names a user's deck model; the message names key, value, allowed
-            models and remedy.
+    Raises
+    ------
+    SceneError
+        The scene names a user's deck model; the message names key, value, allowed models and
+        remedy.
     """
     name = scene.deck_model
     if name in (None, PLANAR, IN_SPACE):

@@ -69,10 +69,14 @@ class System(NamedTuple):
     def mechanical_energy(self, state: Any, psi: float, speed: float) -> float:
         """Return kinetic and stored energy [J]; the rotor's inertia I_r counts with a motor only.
 
-        Args:
-            state: state of the system.
-            psi: spindle angle [rad].
-            speed: spindle speed [rad/s].
+        Parameters
+        ----------
+        state
+            State of the system.
+        psi
+            Spindle angle [rad].
+        speed
+            Spindle speed [rad/s].
         """
         balls = BallConstants(len(self.balls), *constants_of_balls(self))
         at = np.asarray(state, float)

@@ -60,13 +60,19 @@ def solve(
 ) -> Solved:
     """Solve the equations of motion for the accelerations.
 
-    Args:
-        arrow: the equations of motion.
-        balls: number of balls.
-        mobility: see ``Mobility``.
-        friction: coefficient of sliding friction of each ball, with the sign of its sliding; None
-            without friction, where the equations are symmetric.
-        spindle_acceleration: prescribed acceleration [rad/s^2]; None: unknown.
+    Parameters
+    ----------
+    arrow
+        The equations of motion.
+    balls
+        Number of balls.
+    mobility
+        See ``Mobility``.
+    friction
+        Coefficient of sliding friction of each ball, with the sign of its sliding; None without
+        friction, where the equations are symmetric.
+    spindle_acceleration
+        Prescribed acceleration [rad/s^2]; None: unknown.
     """
     unknowns = len(arrow.force)
     free = unknowns if spindle_acceleration is None else unknowns - 1
@@ -102,9 +108,12 @@ def solve(
 def _solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> list[Number]:
     """Solve ``matrix x = force`` for x, without pivoting, which mass matrices do not need.
 
-    Args:
-        matrix: shape (n, n), n at least 2.
-        force: shape (n,).
+    Parameters
+    ----------
+    matrix
+        Shape (n, n), n at least 2.
+    force
+        Shape (n,).
     """
     a, f, n = [list(row) for row in matrix], list(force), len(force)
     # From the last unknown up, until two remain.
@@ -161,12 +170,18 @@ def powers(
 ) -> Sequence[Number]:
     """Return the power of the motor, and the dissipated power [W].
 
-    Args:
-        effects, balls, on, spindle: effects and balls of the scene, and their motion.
-        arrow, solved: the equations of motion, and the accelerations.
-        friction: coefficient of each ball with the sign of its sliding, or None.
-        prescribed: True if the spindle's speed is prescribed.
-        suspension_loss: dissipated power of the suspension [W].
+    Parameters
+    ----------
+    effects, balls, on, spindle
+        Effects and balls of the scene, and their motion.
+    arrow, solved
+        The equations of motion, and the accelerations.
+    friction
+        Coefficient of each ball with the sign of its sliding, or None.
+    prescribed
+        True if the spindle's speed is prescribed.
+    suspension_loss
+        Dissipated power of the suspension [W].
     """
     n, path = balls.number, on.path
     torque = motor_torque(arrow, n, solved) if prescribed else spindle.torque

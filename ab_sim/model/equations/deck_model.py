@@ -56,14 +56,21 @@ def deck_model(
 ) -> Callable[[Class], Class]:
     """Return a class decorator that sets these attributes of a NamedTuple.
 
-    Args:
-        STATE_NAMES: names of the deck's states, for messages.
-        UNKNOWNS: number of unknown accelerations of the deck.
-        NEEDS_ANGLE: True if the equations contain the spindle's angle with any effects.
-        AXES: number of axes along which the deck moves: 2 or 3.
-        CHANNELS: names of the deck's columns in a trajectory; displacement, velocity and
-            acceleration along the axes come first.
-        UNIT_AT: index of the first state of a unit quaternion; -1 without one.
+    Parameters
+    ----------
+    STATE_NAMES
+        Names of the deck's states, for messages.
+    UNKNOWNS
+        Number of unknown accelerations of the deck.
+    NEEDS_ANGLE
+        True if the equations contain the spindle's angle with any effects.
+    AXES
+        Number of axes along which the deck moves: 2 or 3.
+    CHANNELS
+        Names of the deck's columns in a trajectory; displacement, velocity and acceleration along
+        the axes come first.
+    UNIT_AT
+        Index of the first state of a unit quaternion; -1 without one.
     """
     facts = {**locals(), "STATES": len(STATE_NAMES)}
 

@@ -180,9 +180,12 @@ class InSpace(NamedTuple):
     def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
         """Return the change of the state at an impact.
 
-        Args:
-            state: state before the impact.
-            jumps: jumps of C's velocity [m/s] and of Om [rad/s], on deck axes, in the order of x.
+        Parameters
+        ----------
+        state
+            State before the impact.
+        jumps
+            Jumps of C's velocity [m/s] and of Om [rad/s], on deck axes, in the order of x.
         """
         velocity = to_ground(turn_of(state[3:7]), jumps[0], jumps[1], jumps[2])
         return [*[0.0] * 7, *velocity, *jumps[3:6]]

@@ -132,7 +132,9 @@ def relative_load(
     The inertial forces due to accelerations of the deck, of the spindle (w') and along the path
     (s'') are not included. Symbols as in ``OnRace``.
 
-    Returns:
+    Returns
+    -------
+    tuple[Number, Number]
         Components along n and t: m (h w^2 + 2 w s' + l theta'^2) and m x w^2.
     """
     if not any_has(effects, "race_shape"):
@@ -206,11 +208,16 @@ def prescribed(
 ) -> SpindleMotion:
     """Return the motion of a spindle that follows the schedule exactly.
 
-    Args:
-        effects: effects of the scene.
-        place: segment of the schedule.
-        time: time since the segment's beginning [s].
-        angle_needed: True to compute cosine and sine of the angle; else they are 1 and 0.
+    Parameters
+    ----------
+    effects
+        Effects of the scene.
+    place
+        Segment of the schedule.
+    time
+        Time since the segment's beginning [s].
+    angle_needed
+        True to compute cosine and sine of the angle; else they are 1 and 0.
     """
     acceleration = over_effects(effects, "spindle_acceleration", 0.0, place.law.acceleration(time))
     c, s = 1.0, 0.0
@@ -227,12 +234,18 @@ def motor_driven(
 
     The acceleration is 0 here, because the equations of motion determine it.
 
-    Args:
-        effects: effects of the scene.
-        place: segment of the schedule, whose speed the motor's speed loop follows.
-        time: time since the segment's beginning [s].
-        at: state of the spindle.
-        angle_needed: True to compute cosine and sine of the angle; else they are 1 and 0.
+    Parameters
+    ----------
+    effects
+        Effects of the scene.
+    place
+        Segment of the schedule, whose speed the motor's speed loop follows.
+    time
+        Time since the segment's beginning [s].
+    at
+        State of the spindle.
+    angle_needed
+        True to compute cosine and sine of the angle; else they are 1 and 0.
     """
     # At the limit, the branch decides and not a comparison of torques: the equations then stay
     # smooth beyond the event at which the torque leaves its limit, and the event can be located.

@@ -29,10 +29,14 @@ def _race_length(
 ) -> float:
     """Return the length of the race between two angles [m].
 
-    Args:
-        radius: R [m].
-        behind, ahead: the angles [rad], unwrapped.
-        arc_behind, arc_ahead: ``race_arc`` of the scene's effects at these angles [m].
+    Parameters
+    ----------
+    radius
+        R [m].
+    behind, ahead
+        The angles [rad], unwrapped.
+    arc_behind, arc_ahead
+        ``race_arc`` of the scene's effects at these angles [m].
     """
     return radius * (ahead - behind) + (arc_ahead - arc_behind)
 
@@ -97,11 +101,16 @@ def angles_at_random(scene: "Scene", shares: Sequence[float]) -> tuple[float, ..
     balls have the same probability. For unequal balls, all orders have the same probability; that
     differs from equal probability of all arrangements by terms of third order in the radius.
 
-    Args:
-        scene: scene; its start angles are ignored.
-        shares: random numbers in [0, 1), one for each ball.
+    Parameters
+    ----------
+    scene
+        Scene; its start angles are ignored.
+    shares
+        Random numbers in [0, 1), one for each ball.
 
-    Returns:
+    Returns
+    -------
+    tuple[float, ...]
         Angles from -pi to pi; balls overlap if there is not enough room.
     """
     start = 2 * math.pi * shares[0] - math.pi if shares else 0.0
@@ -120,8 +129,10 @@ def angles_at_random(scene: "Scene", shares: Sequence[float]) -> tuple[float, ..
 def check_row(scene: "Scene") -> None:
     """Refuse balls that do not fit on the race, or that overlap at the start.
 
-    Raises:
-        ValueError: the message names the value that is too large, or two balls and their overlap.
+    Raises
+    ------
+    ValueError
+        The message names the value that is too large, or two balls and their overlap.
     """
     n, R = scene.balls.count, scene.race.radius
     if n < 2:

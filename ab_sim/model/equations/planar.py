@@ -115,11 +115,16 @@ class Planar(NamedTuple):
     ) -> list[Number]:
         """Return x, y, vx, vy, ax, ay: displacement, velocity and acceleration on fixed axes.
 
-        Args:
-            effects: effects of the scene.
-            spindle: motion of the spindle, cosine and sine of its angle included.
-            state: the state.
-            x: the accelerations.
+        Parameters
+        ----------
+        effects
+            Effects of the scene.
+        spindle
+            Motion of the spindle, cosine and sine of its angle included.
+        state
+            The state.
+        x
+            The accelerations.
         """
         g1, g2 = _gravity_on_rotating_axes(effects, spindle)
         pairs = (state[0], state[1]), (state[2], state[3]), (x[0] + g1, x[1] + g2)
@@ -135,9 +140,12 @@ class Planar(NamedTuple):
     def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
         """Return the change of the state at an impact.
 
-        Args:
-            state: state before the impact.
-            jumps: jumps of the deck's velocity [m/s] on rotating axes, in the order of x.
+        Parameters
+        ----------
+        state
+            State before the impact.
+        jumps
+            Jumps of the deck's velocity [m/s] on rotating axes, in the order of x.
         """
         return [0.0, 0.0, jumps[0], jumps[1]]
 
@@ -173,12 +181,18 @@ class Planar(NamedTuple):
     ) -> float:
         """Return kinetic and stored energy [J]; the energy of gravity is 0 without a sag.
 
-        Args:
-            effects: effects of the scene.
-            balls: constants of the balls.
-            state: state of the system.
-            psi: spindle angle [rad].
-            speed: spindle speed [rad/s].
+        Parameters
+        ----------
+        effects
+            Effects of the scene.
+        balls
+            Constants of the balls.
+        state
+            State of the system.
+        psi
+            Spindle angle [rad].
+        speed
+            Spindle speed [rad/s].
         """
         w, e, n, spindle = (
             speed,

@@ -13,14 +13,21 @@ Number = Any
 def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any) -> Any:
     """Return the sum of ``effect.method(*arguments)`` over the effects that have the method.
 
-    Args:
-        effects: effects of a scene.
-        method: name of a method, see ``ab_sim.model.equations.effects``.
-        zero: sum if no effect has the method: a number, or a tuple of numbers for a vector.
-        *arguments: arguments of the method.
+    Parameters
+    ----------
+    effects
+        Effects of a scene.
+    method
+        Name of a method, see ``ab_sim.model.equations.effects``.
+    zero
+        Sum if no effect has the method: a number, or a tuple of numbers for a vector.
+    *arguments
+        Arguments of the method.
 
-    Raises:
-        InputError: a method returns another number of results than ``zero`` has.
+    Raises
+    ------
+    InputError
+        A method returns another number of results than ``zero`` has.
     """
     total_ = zero
     for effect in effects:

@@ -32,8 +32,10 @@ class SpeedServo(NamedTuple):
     def check(self, command: float, name: str = "command") -> float:
         """Return the command [rad/s], if it may be followed; ``name`` is for the error's text.
 
-        Raises:
-            CommandError: the command is not a finite number, or is beyond ``max_speed``.
+        Raises
+        ------
+        CommandError
+            The command is not a finite number, or is beyond ``max_speed``.
         """
         command = _as_float(name, command, "rad/s")
         if not abs(command) < math.inf:
@@ -51,9 +53,10 @@ class SpeedServo(NamedTuple):
     def check_acceleration(self, acceleration: float) -> float:
         """Return the acceleration [rad/s^2], if the servo may use it.
 
-        Raises:
-            CommandError: the acceleration is not a number, not above 0, or beyond
-                ``max_acceleration``.
+        Raises
+        ------
+        CommandError
+            The acceleration is not a number, not above 0, or beyond ``max_acceleration``.
         """
         acceleration = _as_float("acceleration", acceleration, "rad/s^2")
         if not 0.0 < acceleration <= self.max_acceleration:
@@ -68,15 +71,23 @@ class SpeedServo(NamedTuple):
     ) -> SpeedSchedule:
         """Return the schedule that ramps from the present speed to a commanded one and holds it.
 
-        Args:
-            time: present time [s].
-            angle: present spindle angle [rad].
-            speed: present speed [rad/s].
-            command: commanded speed [rad/s].
-            acceleration: magnitude of the ramp's acceleration [rad/s^2].
+        Parameters
+        ----------
+        time
+            Present time [s].
+        angle
+            Present spindle angle [rad].
+        speed
+            Present speed [rad/s].
+        command
+            Commanded speed [rad/s].
+        acceleration
+            Magnitude of the ramp's acceleration [rad/s^2].
 
-        Raises:
-            CommandError: command or acceleration is outside the servo's limits.
+        Raises
+        ------
+        CommandError
+            Command or acceleration is outside the servo's limits.
         """
         target = self.check(command)
         slope = math.copysign(self.check_acceleration(acceleration), target - speed)
@@ -160,13 +171,18 @@ class TimedSpeeds(NamedTuple):
 def timed_speeds(wanted: SetPoints, limits: SpeedServo) -> TimedSpeeds:
     """Check set-points and return them as a trajectory.
 
-    Args:
-        wanted: requested start and points.
-        limits: largest speed and acceleration.
+    Parameters
+    ----------
+    wanted
+        Requested start and points.
+    limits
+        Largest speed and acceleration.
 
-    Raises:
-        CommandError: a point is not finite, not in order, beyond the limits, or its acceleration
-            does not lead to the next point; the message names the point and the allowed range.
+    Raises
+    ------
+    CommandError
+        A point is not finite, not in order, beyond the limits, or its acceleration does not lead to
+        the next point; the message names the point and the allowed range.
     """
     points = wanted.points
     for number, point in enumerate(points):
@@ -221,9 +237,12 @@ def set_points_of(schedule: SpeedSchedule, start: int) -> SetPoints:
 
     Ramps are exact. A curved segment becomes points on it, with straight lines between them.
 
-    Args:
-        schedule: speeds over time.
-        start: simulated time at which the schedule is to begin [ns].
+    Parameters
+    ----------
+    schedule
+        Speeds over time.
+    start
+        Simulated time at which the schedule is to begin [ns].
     """
     points, time = [], 0
     for scheduled, following in pairwise(schedule.segments):
@@ -259,11 +278,16 @@ def joined(
     If the spindle cannot be at the first point's speed in time, it approaches the trajectory at the
     largest acceleration, and follows it from where they meet.
 
-    Args:
-        schedule: schedule in force.
-        now: time [s]; the start of the trajectory is not before it.
-        wanted: the trajectory, whose start is known.
-        acceleration: largest acceleration up to the first point [rad/s^2].
+    Parameters
+    ----------
+    schedule
+        Schedule in force.
+    now
+        Time [s]; the start of the trajectory is not before it.
+    wanted
+        The trajectory, whose start is known.
+    acceleration
+        Largest acceleration up to the first point [rad/s^2].
     """
     assert wanted.start is not None
     start = max(wanted.start / 1e9, now)
@@ -281,10 +305,14 @@ def joined(
 def _from_speed(speed: float, wanted: TimedSpeeds, most: float) -> Sequence[tuple[float, Ramp]]:
     """Return the ramps of a trajectory that begins at a speed other than its first point's.
 
-    Args:
-        speed: speed at the start of the trajectory [rad/s].
-        wanted: the trajectory.
-        most: largest acceleration until the spindle follows the trajectory [rad/s^2].
+    Parameters
+    ----------
+    speed
+        Speed at the start of the trajectory [rad/s].
+    wanted
+        The trajectory.
+    most
+        Largest acceleration until the spindle follows the trajectory [rad/s^2].
     """
     ahead, first = wanted.first
     gap = first - speed

@@ -103,11 +103,14 @@ class ProfileRun:
 
     Times are by any clock that only advances.
 
-    Args:
-        ahead: lead of the commands of a ramp down [s], because a drive approaches each command
-            until the next one.
-        say: function that receives the status whenever it changes: the state's word, often with
-            details after a colon; and True if there is no problem.
+    Parameters
+    ----------
+    ahead
+        Lead of the commands of a ramp down [s], because a drive approaches each command until the
+        next one.
+    say
+        Function that receives the status whenever it changes: the state's word, often with details
+        after a colon; and True if there is no problem.
     """
 
     def __init__(self, ahead: float, say: Callable[[str, bool], None]) -> None:
@@ -141,13 +144,20 @@ class ProfileRun:
     ) -> str:
         """Run a profile from its beginning.
 
-        Args:
-            now: the time [s].
-            execution: the profile, not yet begun.
-            deceleration: deceleration of an abort [rad/s^2].
-            begin: time at which the profile begins [s]; None for now.
+        Parameters
+        ----------
+        now
+            The time [s].
+        execution
+            The profile, not yet begun.
+        deceleration
+            Deceleration of an abort [rad/s^2].
+        begin
+            Time at which the profile begins [s]; None for now.
 
-        Returns:
+        Returns
+        -------
+        str
             Reason of a refusal; empty if the profile runs.
         """
         if self.state is ProfileState.RUNNING:
@@ -224,13 +234,17 @@ class ProfileRun:
     def restore(self, kept: Mapping[str, Any], execution: ProfileExecution | None) -> None:
         """Continue from a result of ``state_values``.
 
-        Args:
-            kept: the values.
-            execution: the profile of the state, not yet begun; None if there was none.
+        Parameters
+        ----------
+        kept
+            The values.
+        execution
+            The profile of the state, not yet begun; None if there was none.
 
-        Raises:
-            ArithmeticError, AttributeError, LookupError, TypeError, ValueError: the values are
-                invalid; nothing has changed.
+        Raises
+        ------
+        ArithmeticError, AttributeError, LookupError, TypeError, ValueError
+            The values are invalid; nothing has changed.
         """
         state, status, why = ProfileState(kept["state"]), str(kept["status"]), str(kept["why"])
         began, command = finite(kept["began"], 0.0, MOST_TIME), _speed(kept["command"])

@@ -127,12 +127,18 @@ class ScheduledSegment(NamedTuple):
 class SpeedSchedule:
     """Spindle speed and angle over time, segment by segment; the last speed is held without end.
 
-    Args:
-        segments: pairs of a duration [s] and its speed law.
-        final_speed: speed [rad/s] held after the last segment.
-        start: time at which the first segment begins [s].
-        start_angle: angle psi at that time [rad].
-        variable_speed_period: start of the variable-speed period [s]; None without one.
+    Parameters
+    ----------
+    segments
+        Pairs of a duration [s] and its speed law.
+    final_speed
+        Speed [rad/s] held after the last segment.
+    start
+        Time at which the first segment begins [s].
+    start_angle
+        Angle psi at that time [rad].
+    variable_speed_period
+        Start of the variable-speed period [s]; None without one.
     """
 
     def __init__(
@@ -210,9 +216,12 @@ class SpeedSchedule:
     def moved(self, by: float, turned: float = 0.0) -> "SpeedSchedule":
         """Return a copy of the schedule that takes place at another time.
 
-        Args:
-            by: delay of all times [s].
-            turned: increase of all angles [rad].
+        Parameters
+        ----------
+        by
+            Delay of all times [s].
+        turned
+            Increase of all angles [rad].
         """
         begins = self.variable_speed_period
         return SpeedSchedule.of_scheduled(
@@ -259,14 +268,20 @@ class SpeedSchedule:
 
         Source: thesis 3.1.
 
-        Args:
-            start_speed: initial speed [rad/s]; above the target the spindle decelerates, at the
-                target it holds.
-            acceleration: magnitude before and after the period [rad/s^2].
-            target_speed: speed held at the end [rad/s].
-            period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
-            period_start: start time of the period [s]; None to compute it from the start speed.
-            start_angle: psi at t = 0 [rad].
+        Parameters
+        ----------
+        start_speed
+            Initial speed [rad/s]; above the target the spindle decelerates, at the target it holds.
+        acceleration
+            Magnitude before and after the period [rad/s^2].
+        target_speed
+            Speed held at the end [rad/s].
+        period
+            Start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
+        period_start
+            Start time of the period [s]; None to compute it from the start speed.
+        start_angle
+            Psi at t = 0 [rad].
         """
         legs: list[tuple[float, float, float, float | None]]
         way = math.copysign(acceleration, target_speed - start_speed)
@@ -298,12 +313,18 @@ class SpeedSchedule:
     ) -> "SpeedSchedule":
         """Return the schedule of a raised-cosine change of speed (relative-stability (25)).
 
-        Args:
-            start_speed: speed until ``start_time`` [rad/s].
-            to_speed: speed after the change [rad/s].
-            start_time: start of the change [s].
-            duration: duration of the change [s].
-            start_angle: psi at t = 0 [rad].
+        Parameters
+        ----------
+        start_speed
+            Speed until ``start_time`` [rad/s].
+        to_speed
+            Speed after the change [rad/s].
+        start_time
+            Start of the change [s].
+        duration
+            Duration of the change [s].
+        start_angle
+            Psi at t = 0 [rad].
         """
         change = RaisedCosine(start_speed, to_speed - start_speed, duration)
         segments: list[tuple[float, SpeedLaw]]
@@ -320,11 +341,16 @@ class SpeedSchedule:
     ) -> "SpeedSchedule":
         """Return the schedule of successive accelerations and holds, with a segment for each.
 
-        Args:
-            segments: segments; those that end on a condition get their longest duration.
-            speed: speed at which the first begins [rad/s].
-            start: time at which it begins [s].
-            start_angle: psi at that time [rad].
+        Parameters
+        ----------
+        segments
+            Segments; those that end on a condition get their longest duration.
+        speed
+            Speed at which the first begins [rad/s].
+        start
+            Time at which it begins [s].
+        start_angle
+            Psi at that time [rad].
         """
         ramps: list[tuple[float, SpeedLaw]] = []
         for segment in segments:
@@ -342,9 +368,11 @@ class SpeedSchedule:
     def of_scene(cls, scene: "Scene") -> "SpeedSchedule":
         """Return the schedule of a scene's profile; without a profile, the start speed is held.
 
-        Raises:
-            SceneError: measurements decide the speed during the run: in an adaptive start-up, or in
-                a segment that ends on a condition.
+        Raises
+        ------
+        SceneError
+            Measurements decide the speed during the run: in an adaptive start-up, or in a segment
+            that ends on a condition.
         """
         profile = scene.profile
         if profile is None:
@@ -361,13 +389,19 @@ class SpeedSchedule:
     def of_profile(cls, profile: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
         """Return the schedule of a profile; segments with a condition get their longest duration.
 
-        Args:
-            profile: profile of a scene, or a profile without a scene.
-            first: speed at t = 0 [rad/s].
-            angle: psi at t = 0 [rad].
+        Parameters
+        ----------
+        profile
+            Profile of a scene, or a profile without a scene.
+        first
+            Speed at t = 0 [rad/s].
+        angle
+            Psi at t = 0 [rad].
 
-        Raises:
-            SceneError: the profile is an adaptive start-up.
+        Raises
+        ------
+        SceneError
+            The profile is an adaptive start-up.
         """
         if profile.kind == "adaptive":
             raise SceneError(

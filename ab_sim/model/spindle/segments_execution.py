@@ -83,9 +83,12 @@ class _Sensor:
 class VibrationCondition:
     """Evaluation of a condition on the measured vibration, from now on.
 
-    Args:
-        until: the condition.
-        now: the time by the caller's clock [s].
+    Parameters
+    ----------
+    until
+        The condition.
+    now
+        The time by the caller's clock [s].
     """
 
     def __init__(self, until: Until, now: float) -> None:
@@ -97,11 +100,16 @@ class VibrationCondition:
     def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
         """Process a sample; one that is not finite, or repeats the last stamp, is ignored.
 
-        Args:
-            now: time by the caller's clock [s].
-            sensor: frame of the sensor.
-            stamp: time by the drive's clock [ns], of which only differences matter.
-            vector: acceleration along three axes [m/s^2].
+        Parameters
+        ----------
+        now
+            Time by the caller's clock [s].
+        sensor
+            Frame of the sensor.
+        stamp
+            Time by the drive's clock [ns], of which only differences matter.
+        vector
+            Acceleration along three axes [m/s^2].
         """
         sensor_ = self._sensors.setdefault(sensor, _Sensor())
         if not all(map(math.isfinite, vector)) or stamp == sensor_.newest:
@@ -166,10 +174,14 @@ def waits_for_vibration(requested: RequestedProfile) -> bool:
 class SegmentsExecution:
     """Execution of a profile that is known in advance, except for the ends set by conditions.
 
-    Args:
-        requested: the profile and the speed at which it begins.
-        ahead: lead of the commands [s]: a drive approaches a command until the next one.
-        silence: time for which the vibration may be missing while a condition needs it [s].
+    Parameters
+    ----------
+    requested
+        The profile and the speed at which it begins.
+    ahead
+        Lead of the commands [s]: a drive approaches a command until the next one.
+    silence
+        Time for which the vibration may be missing while a condition needs it [s].
     """
 
     def __init__(self, requested: RequestedProfile, ahead: float, silence: float) -> None:
@@ -294,11 +306,16 @@ class SegmentsExecution:
     def _missed(self, passed: int, number: int) -> str:
         """Report conditions that were not met in time, and fail if one of them requires an abort.
 
-        Args:
-            passed: first segment to check.
-            number: present segment; those before it are checked.
+        Parameters
+        ----------
+        passed
+            First segment to check.
+        number
+            Present segment; those before it are checked.
 
-        Returns:
+        Returns
+        -------
+        str
             Text for the status, beginning with a semicolon; empty if there is nothing to report.
         """
         missed = ""

@@ -75,11 +75,16 @@ def parts(
 ) -> Iterator[StepRange]:
     """Yield the parts of one step, from its beginning to a time within it.
 
-    Args:
-        schedule: schedule of the speed.
-        resolution: length of the step, and period of motions that it must resolve.
-        first: number of steps before this one.
-        end: time at which the last part ends [s].
+    Parameters
+    ----------
+    schedule
+        Schedule of the speed.
+    resolution
+        Length of the step, and period of motions that it must resolve.
+    first
+        Number of steps before this one.
+    end
+        Time at which the last part ends [s].
     """
     begin = now = first * resolution.step
     while True:

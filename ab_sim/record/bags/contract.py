@@ -131,8 +131,10 @@ def prefilled(topic: Topic, sample: Any) -> Prefilled:
 def decoded(message: bytes, type_name: str) -> Any:
     """Return the message that CDR bytes contain.
 
-    Raises:
-        ValueError: the bytes are not a message of that type.
+    Raises
+    ------
+    ValueError
+        The bytes are not a message of that type.
     """
     try:
         try:

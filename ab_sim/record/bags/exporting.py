@@ -53,15 +53,23 @@ def export_bag(
     scalars on separate topics, ``recording/NAME``. At each time, ``/clock`` is the first message.
     `import_bag` converts the bag back to the same recording.
 
-    Args:
-        run: result of `open_recording`.
-        path: path of the bag's folder.
-        namespace: namespace of the drive.
-        rate: rate of the state's messages [1/s]; there is at most one per sample.
-        progress: function that is called with the number of samples done, and of all.
+    Parameters
+    ----------
+    run
+        Result of `open_recording`.
+    path
+        Path of the bag's folder.
+    namespace
+        Namespace of the drive.
+    rate
+        Rate of the state's messages [1/s]; there is at most one per sample.
+    progress
+        Function that is called with the number of samples done, and of all.
 
-    Raises:
-        RecordingError: there are no samples, they cannot be read, or the bag cannot be written.
+    Raises
+    ------
+    RecordingError
+        There are no samples, they cannot be read, or the bag cannot be written.
     """
     if not run.extent.rows:
         raise RecordingError("the recording has no samples: there is nothing to export")

@@ -79,11 +79,16 @@ class ForeignBag(IgnoredMessages):
     on average. Other channels have the last value up to the stamp of the row. Before its first
     value, a channel is NaN. The command of a row is the last one before its stamp.
 
-    Args:
-        bag: open bag.
-        namespace: namespace of the drive.
-        kinds: topics to read, by full name.
-        rows_of: channel of the sensor whose stamps give the rows instead, if it exists.
+    Parameters
+    ----------
+    bag
+        Open bag.
+    namespace
+        Namespace of the drive.
+    kinds
+        Topics to read, by full name.
+    rows_of
+        Channel of the sensor whose stamps give the rows instead, if it exists.
     """
 
     def __init__(

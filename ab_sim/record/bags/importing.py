@@ -25,13 +25,19 @@ from ab_sim.record.recording import Recording, drawable
 class BagConverter(IgnoredMessages):
     """Converter of messages to recordings; a context manager that closes the last recording.
 
-    Args:
-        namespace: namespace of the drive.
-        kinds: topics of the messages, by full name.
-        out: file of the first recording.
+    Parameters
+    ----------
+    namespace
+        Namespace of the drive.
+    kinds
+        Topics of the messages, by full name.
+    out
+        File of the first recording.
 
-    Raises:
-        RecordingError: a recording cannot be written; `write` raises it, too.
+    Raises
+    ------
+    RecordingError
+        A recording cannot be written; `write` raises it, too.
     """
 
     def __init__(self, namespace: str, kinds: dict[str, Topic], out: Path) -> None:
@@ -194,8 +200,10 @@ class BagConverter(IgnoredMessages):
 def _checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
     """Return the channels and samples of a block.
 
-    Raises:
-        ValueError: channels or times are not valid for `Recording`.
+    Raises
+    ------
+    ValueError
+        Channels or times are not valid for `Recording`.
     """
     channels, samples = block.channels, block.samples
     if channels[:2] != ("step", "time") or len(set(channels)) < len(channels):
@@ -241,19 +249,26 @@ def import_bag(
     samples. Joints are interpolated; other values are the last ones received. If positions are
     unknown, the recording has no drawing.
 
-    Args:
-        path: path of the bag, see `Bag`.
-        out: .rrd file of the first recording; an existing one is replaced. Files of further
-            recordings get the endings ``-2`` and so on, and replace no others.
-        namespace: namespace of the drive; None: that of the only drive.
-        progress: function that is called with the number of messages done, and of all.
-        rows_of: channel of a sensor whose stamps give the rows instead, without blocks.
+    Parameters
+    ----------
+    path
+        Path of the bag, see `Bag`.
+    out
+        .rrd file of the first recording; an existing one is replaced. Files of further recordings
+        get the endings ``-2`` and so on, and replace no others.
+    namespace
+        Namespace of the drive; None: that of the only drive.
+    progress
+        Function that is called with the number of messages done, and of all.
+    rows_of
+        Channel of a sensor whose stamps give the rows instead, without blocks.
 
-    Raises:
-        InputError: the bag has no drive in the namespace, or several drives and no namespace was
-            given.
-        RecordingError: the bag cannot be read or has no topics of a drive, or a recording cannot be
-            written.
+    Raises
+    ------
+    InputError
+        The bag has no drive in the namespace, or several drives and no namespace was given.
+    RecordingError
+        The bag cannot be read or has no topics of a drive, or a recording cannot be written.
     """
     with Bag(path) as bag:
         prefix = choose_namespace(bag, namespace)
@@ -281,9 +296,12 @@ def import_bag(
 def choose_namespace(bag: Bag, wanted: str | None) -> str:
     """Return the namespace of the drive to import.
 
-    Raises:
-        InputError: the namespace does not exist, or none was given and there are several.
-        RecordingError: the bag has no drive.
+    Raises
+    ------
+    InputError
+        The namespace does not exist, or none was given and there are several.
+    RecordingError
+        The bag has no drive.
     """
     there = contract.drive_namespaces((name, topic.type) for name, topic in bag.topics.items())
     if wanted is None and len(there) == 1:
@@ -314,8 +332,10 @@ def _listed(bag: Bag) -> str:
 def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
     """Return the topics to read, by full name.
 
-    Raises:
-        RecordingError: a topic of the bag has a name of the contract, but another type.
+    Raises
+    ------
+    RecordingError
+        A topic of the bag has a name of the contract, but another type.
     """
     wanted = {kind.within(namespace): kind for kind in topics.ALL}
     clock = f"{namespace.rstrip('/')}/clock"

@@ -73,8 +73,10 @@ class _BoundedFile(zstd.ZstdFile):
     def read(self, size: int | None = -1) -> bytes:
         """Read and unpack up to ``size`` bytes; None or negative: all.
 
-        Raises:
-            ValueError: the file unpacks to more than the limit.
+        Raises
+        ------
+        ValueError
+            The file unpacks to more than the limit.
         """
         if size is None or not 0 <= size <= self._left:
             size = self._left + 1
@@ -142,11 +144,15 @@ class Bag:
 
     The readable part of an unfinished bag is read.
 
-    Args:
-        path: folder of the bag, or one of its files.
+    Parameters
+    ----------
+    path
+        Folder of the bag, or one of its files.
 
-    Raises:
-        RecordingError: there is no bag, or it cannot be read; the methods raise it, too.
+    Raises
+    ------
+    RecordingError
+        There is no bag, or it cannot be read; the methods raise it, too.
     """
 
     def __init__(self, path: Path | str) -> None:

@@ -45,16 +45,23 @@ def repair_bag(
     A new file is written next to the old one, and replaces it when it is complete. Until then, and
     after an error, the old file is unchanged.
 
-    Args:
-        path: path of the bag's folder, or of the .mcap file in it.
-        progress: function that is called with the number of messages done, and of all.
+    Parameters
+    ----------
+    path
+        Path of the bag's folder, or of the .mcap file in it.
+    progress
+        Function that is called with the number of messages done, and of all.
 
-    Returns:
+    Returns
+    -------
+    BagRepair | None
         Result of the repair; None if the bag was already complete.
 
-    Raises:
-        RecordingError: there is no bag, it was not written by ab_sim, it is still being written, or
-            the new file cannot be written.
+    Raises
+    ------
+    RecordingError
+        There is no bag, it was not written by ab_sim, it is still being written, or the new file
+        cannot be written.
     """
     file, cannot = _file_of(Path(path)), f"cannot repair the bag {path}: "
     try:

@@ -38,14 +38,18 @@ class BagWriter:
     After a write error (such as a full disk), the file is cut back to the last complete flush, so
     that `Bag` can read it. All methods except `close` then raise the error again.
 
-    Args:
-        path: folder of the bag, which is created and must not exist.
-        file: name of the file in the folder; empty: NAME_0.mcap, because ``ros2 bag reindex`` only
-            finds files whose names end in a number.
+    Parameters
+    ----------
+    path
+        Folder of the bag, which is created and must not exist.
+    file
+        Name of the file in the folder; empty: NAME_0.mcap, because ``ros2 bag reindex`` only finds
+        files whose names end in a number.
 
-    Raises:
-        RecordingError: the folder cannot be created; the methods raise it if the bag cannot be
-            written.
+    Raises
+    ------
+    RecordingError
+        The folder cannot be created; the methods raise it if the bag cannot be written.
     """
 
     def __init__(self, path: Path | str, file: str = "") -> None:
@@ -84,13 +88,19 @@ class BagWriter:
     def topic(self, name: str, type_name: str, qos: Qos | None) -> None:
         """Declare a topic before its first message.
 
-        Args:
-            name: full name of the topic.
-            type_name: type of its messages.
-            qos: QoS profile with which players publish the topic; None: unknown.
+        Parameters
+        ----------
+        name
+            Full name of the topic.
+        type_name
+            Type of its messages.
+        qos
+            QoS profile with which players publish the topic; None: unknown.
 
-        Raises:
-            RecordingError: the type is unknown.
+        Raises
+        ------
+        RecordingError
+            The type is unknown.
         """
         self._check_usable()
         try:
@@ -103,11 +113,15 @@ class BagWriter:
     def write(self, topic: str, time: int, message: bytes | memoryview) -> None:
         """Add a message.
 
-        Args:
-            topic: full name of the message's topic.
-            time: receive time [ns]. If it is earlier than that of the message before, it is
-                replaced by that, so that a clock that was set back does not change the order.
-            message: serialised message (CDR).
+        Parameters
+        ----------
+        topic
+            Full name of the message's topic.
+        time
+            Receive time [ns]. If it is earlier than that of the message before, it is replaced by
+            that, so that a clock that was set back does not change the order.
+        message
+            Serialised message (CDR).
         """
         self._check_usable()
         self._latest = max(self._latest, time)

@@ -55,12 +55,18 @@ def blueprint(
 ) -> rrb.Blueprint:
     """Return the layout of a recording with drawings.
 
-    Args:
-        drawing: drawings and curves of the recording.
-        channels: channels of the samples.
-        scalars: names of the scalars, each of which gets a plot.
-        page: number of the page that is shown first, from 0.
-        live: whether the viewer follows a growing recording.
+    Parameters
+    ----------
+    drawing
+        Drawings and curves of the recording.
+    channels
+        Channels of the samples.
+    scalars
+        Names of the scalars, each of which gets a plot.
+    page
+        Number of the page that is shown first, from 0.
+    live
+        Whether the viewer follows a growing recording.
     """
     pages: list[rrb.Container | rrb.View] = [
         _drive(drawing, channels),
@@ -202,10 +208,14 @@ def plain_blueprint(
 ) -> rrb.Blueprint:
     """Return the layout of a recording without drawings: a plot of each group of channels.
 
-    Args:
-        channels: channels of the samples.
-        scalars: names of the scalars, each of which gets a plot.
-        live: whether the viewer follows a growing recording.
+    Parameters
+    ----------
+    channels
+        Channels of the samples.
+    scalars
+        Names of the scalars, each of which gets a plot.
+    live
+        Whether the viewer follows a growing recording.
     """
     plots = [
         plot(_PLOTTED.get(group, group.partition("_")[2]), *_of_channels(channels, group))

@@ -60,12 +60,18 @@ def plot(
 ) -> rrb.View:
     """Return a plot over time.
 
-    Args:
-        name: title of the plot.
-        curves: curves, or entities whose scalars are plotted with their own style.
-        corner: corner of the legend.
-        legend: whether there is a legend.
-        span: range of the vertical axis; None: automatic.
+    Parameters
+    ----------
+    name
+        Title of the plot.
+    curves
+        Curves, or entities whose scalars are plotted with their own style.
+    corner
+        Corner of the legend.
+    legend
+        Whether there is a legend.
+    span
+        Range of the vertical axis; None: automatic.
     """
     drawn: dict[Any, Any] = {}
     for curve in curves:
@@ -96,12 +102,17 @@ def lines(
 ) -> rr.SeriesLines:
     """Return the style of the series of a component.
 
-    Args:
-        names: names of the series.
-        widths: widths of the lines; None: default.
-        swings: whether the signals oscillate about 0. If there are more samples than pixels, Rerun
-            then shows their range instead of their mean, which is about 0.
-        colors: colours of the lines; None: default.
+    Parameters
+    ----------
+    names
+        Names of the series.
+    widths
+        Widths of the lines; None: default.
+    swings
+        Whether the signals oscillate about 0. If there are more samples than pixels, Rerun then
+        shows their range instead of their mean, which is about 0.
+    colors
+        Colours of the lines; None: default.
     """
     if colors is None:
         colors = _colours(names)
@@ -223,10 +234,14 @@ class Curves:
     def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
         """Return the values of curves with a row per sample, by name, of shape (rows, series).
 
-        Args:
-            run: samples, with the channels that drawings use.
-            channels: channels of ``rows``.
-            rows: recorded samples, of shape (rows, channels).
+        Parameters
+        ----------
+        run
+            Samples, with the channels that drawings use.
+        channels
+            Channels of ``rows``.
+        rows
+            Recorded samples, of shape (rows, channels).
         """
         values = {_WHIRL: self._logarithm(run.whirl)}
         if self.tilts:
@@ -244,10 +259,14 @@ class Curves:
     ) -> dict[str, Array]:
         """Return the values of curves with a row per frame, by name, of shape (frames, series).
 
-        Args:
-            run: samples of the frames.
-            phase: angle of `ab_sim.drive.turn_vector.TurnVector` [rad], shape (frames,).
-            without_balls: whirl without balls [m], shape (frames,); None: unknown.
+        Parameters
+        ----------
+        run
+            Samples of the frames.
+        phase
+            Angle of `ab_sim.drive.turn_vector.TurnVector` [rad], shape (frames,).
+        without_balls
+            Whirl without balls [m], shape (frames,); None: unknown.
         """
         explanation, rows = self.explanation, len(run)
         # Constant lines have a value in every row, because the time axis of a plot spans its data.

@@ -30,12 +30,17 @@ class Decimation:
     not depend on the size of blocks. This requires that an event is noted before `take` gets rows
     later than the event's time + ``around``.
 
-    Args:
-        every: a step is kept if its number is a multiple of this.
-        around: time before and after an event in which all steps are kept [s].
+    Parameters
+    ----------
+    every
+        A step is kept if its number is a multiple of this.
+    around
+        Time before and after an event in which all steps are kept [s].
 
-    Raises:
-        RecordingError: ``every`` is not 1 or more, or ``around`` negative or not finite.
+    Raises
+    ------
+    RecordingError
+        ``every`` is not 1 or more, or ``around`` negative or not finite.
     """
 
     def __init__(self, every: int, around: float) -> None:
@@ -67,11 +72,16 @@ class Decimation:
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
         """Add rows, and return the earlier ones that are selected for certain.
 
-        Args:
-            rows: at least one row, with step, time and further channels.
-            command: column of the command; None: there is none.
+        Parameters
+        ----------
+        rows
+            At least one row, with step, time and further channels.
+        command
+            Column of the command; None: there is none.
 
-        Returns:
+        Returns
+        -------
+        tuple[Array, Array]
             Rows to keep; and for each of them, the number of rows omitted up to it.
         """
         if self.every == 1:
@@ -146,11 +156,16 @@ class Decimation:
     def _rows_to_keep(self, count: int, last: bool = False) -> tuple[Array, Array]:
         """Remove the first pending rows, and return those to keep.
 
-        Args:
-            count: number of rows to remove.
-            last: whether to keep the last of them in any case.
+        Parameters
+        ----------
+        count
+            Number of rows to remove.
+        last
+            Whether to keep the last of them in any case.
 
-        Returns:
+        Returns
+        -------
+        tuple[Array, Array]
             Rows to keep; and for each, the number of rows omitted since the start of the run.
         """
         rows, self._pending = self._pending[:count], self._pending[count:]
@@ -170,8 +185,10 @@ class Decimation:
 class DecimatedInput:
     """Replacement of `Decimation` for rows that were decimated before.
 
-    Args:
-        every, around: rule of the former decimation; see `Decimation`.
+    Parameters
+    ----------
+    every, around
+        Rule of the former decimation; see `Decimation`.
     """
 
     refused = 0

@@ -34,8 +34,10 @@ class Drawing:
     def of(cls, description: Mapping[str, Any]) -> Drawing:
         """Create a drawing from the description of a recording.
 
-        Raises:
-            RecordingError: a value of the description is missing or invalid.
+        Raises
+        ------
+        RecordingError
+            A value of the description is missing or invalid.
         """
         try:
             race_radius, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
@@ -90,8 +92,10 @@ class Drawing:
 def description_text(description: Mapping[str, Any]) -> str:
     """Return the description of a run as Markdown with a block of JSON, for `open_recording`.
 
-    Raises:
-        RecordingError: the description is not JSON-able.
+    Raises
+    ------
+    RecordingError
+        The description is not JSON-able.
     """
     try:
         text = json.dumps(dict(description), indent=2)

@@ -42,8 +42,10 @@ class Explanation:
     def of(cls, description: Mapping[str, Any], balls: int) -> Explanation:
         """Read the quantities from a description.
 
-        Raises:
-            KeyError, TypeError, ValueError: the values are not those of ``explain``.
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            The values are not those of ``explain``.
         """
         names = ("balance", "without_balls", "driven")
         balance, without_balls, driven = (description.get(name) for name in names)

@@ -46,9 +46,11 @@ class Part:
     def names(self, run: StoredRun) -> tuple[str, ...]:
         """Return the names of the selected channels.
 
-        Raises:
-            InputError: the recording lacks a selected channel, or has no channels; or a channel is
-                selected twice.
+        Raises
+        ------
+        InputError
+            The recording lacks a selected channel, or has no channels; or a channel is selected
+            twice.
         """
         available = run.channels
         if {"x", "y", "angle"} <= set(available):
@@ -126,19 +128,29 @@ def export(
     with enough digits to restore the same bits, except the payload of a NaN. Files appear when they
     are complete; existing files are kept until then.
 
-    Args:
-        run: recording to export.
-        files: file for each format, ``PARQUET`` or ``CSV``.
-        part: selection of samples.
-        progress: function that is called after every block with the number of samples read so far;
-            if it raises an exception, the export ends without files.
+    Parameters
+    ----------
+    run
+        Recording to export.
+    files
+        File for each format, ``PARQUET`` or ``CSV``.
+    part
+        Selection of samples.
+    progress
+        Function that is called after every block with the number of samples read so far; if it
+        raises an exception, the export ends without files.
 
-    Returns:
+    Returns
+    -------
+    int
         Number of written samples.
 
-    Raises:
-        InputError: see ``Part``; or the selection has no samples. Nothing is written.
-        RecordingError: the recording cannot be read, or a file cannot be written.
+    Raises
+    ------
+    InputError
+        See ``Part``; or the selection has no samples. Nothing is written.
+    RecordingError
+        The recording cannot be read, or a file cannot be written.
     """
     names, rows = part.names(run), 0
     schema = _schema(names, run.description)

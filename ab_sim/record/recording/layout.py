@@ -45,9 +45,12 @@ _READING = re.compile(r"([a-z][a-z0-9_]*)_[123]")
 def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
     """Return Rerun's columns of the components ``KIND:NAME``.
 
-    Args:
-        kind: prefix of the components' names.
-        values: values by name, shape (rows, series).
+    Parameters
+    ----------
+    kind
+        Prefix of the components' names.
+    values
+        Values by name, shape (rows, series).
     """
     columns: list[Any] = []
     for name, value in values.items():

@@ -23,13 +23,19 @@ class PipedFile:
     and often flush(), disconnect() and the exit of the process then block forever. A pipe does not
     fail, and this class raises the errors of the file.
 
-    Args:
-        path: file; an existing one is replaced.
-        stream: stream of Rerun.
-        index: whether Rerun writes its index at the end.
+    Parameters
+    ----------
+    path
+        File; an existing one is replaced.
+    stream
+        Stream of Rerun.
+    index
+        Whether Rerun writes its index at the end.
 
-    Raises:
-        RecordingError: the file cannot be created.
+    Raises
+    ------
+    RecordingError
+        The file cannot be created.
     """
 
     def __init__(self, path: Path, stream: rr.RecordingStream, index: bool) -> None:
@@ -55,8 +61,10 @@ class PipedFile:
     def sync(self) -> None:
         """Wait until all data that Rerun has flushed are in the file.
 
-        Raises:
-            OSError: the file cannot be written; FileNotFoundError: it was deleted or replaced.
+        Raises
+        ------
+        OSError
+            The file cannot be written; FileNotFoundError: it was deleted or replaced.
         """
         self._drain()
         self._error = self._error or self._loss()
@@ -67,8 +75,10 @@ class PipedFile:
     def close(self) -> None:
         """Copy the remaining data until Rerun disconnects, and close the file.
 
-        Raises:
-            OSError: the file cannot be written, or the disk does not answer.
+        Raises
+        ------
+        OSError
+            The file cannot be written, or the disk does not answer.
         """
         self._thread.join(FLUSH_SECONDS)
         if self._thread.is_alive():

@@ -55,12 +55,17 @@ class Chunk:
     def texts(self, name: str, per_row: int | None = 1) -> list[str]:
         """Return all values of a component, in one list.
 
-        Args:
-            name: name of the component.
-            per_row: number of values in each row; None: any.
+        Parameters
+        ----------
+        name
+            Name of the component.
+        per_row
+            Number of values in each row; None: any.
 
-        Raises:
-            RecordingError: the component is missing, or its values are not texts.
+        Raises
+        ------
+        RecordingError
+            The component is missing, or its values are not texts.
         """
         column = self._flat(name, per_row)
         if not pa.types.is_string(column.type) or column.null_count:
@@ -71,12 +76,17 @@ class Chunk:
     def numbers(self, name: str, per_row: int = 1) -> NDArray[Any]:
         """Return all values of a component or timeline, in one array.
 
-        Args:
-            name: name of the component or timeline.
-            per_row: number of values in each row.
+        Parameters
+        ----------
+        name
+            Name of the component or timeline.
+        per_row
+            Number of values in each row.
 
-        Raises:
-            RecordingError: the component is missing, or its values are not numbers.
+        Raises
+        ------
+        RecordingError
+            The component is missing, or its values are not numbers.
         """
         column = self._flat(name, per_row)
         if pa.types.is_duration(column.type):
@@ -156,11 +166,16 @@ class RerunFile:
     def _parsed(self, wanted: int, parse: Callable[[bytes], T]) -> Iterator[tuple[str, T]]:
         """Yield the messages of a kind.
 
-        Args:
-            wanted: kind of the messages.
-            parse: function that parses the bytes of a message.
+        Parameters
+        ----------
+        wanted
+            Kind of the messages.
+        parse
+            Function that parses the bytes of a message.
 
-        Yields:
+        Yields
+        ------
+        tuple[str, T]
             Place for error messages (file and byte), and parsed content.
         """
         at = _HEADER

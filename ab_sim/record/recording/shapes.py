@@ -64,10 +64,14 @@ class Arrows(NamedTuple):
     def drawn(self, angles: Array) -> tuple[Array, Array]:
         """Return origins and vectors of the arrows on the rotor's axes.
 
-        Args:
-            angles: angles of the balls from the unbalance [rad], shape (rows, balls).
+        Parameters
+        ----------
+        angles
+            Angles of the balls from the unbalance [rad], shape (rows, balls).
 
-        Returns:
+        Returns
+        -------
+        tuple[Array, Array]
             Two complex arrays of shape (rows, arrows) [mm].
         """
         rotor = np.full(len(angles), self.scale * self.unbalance, dtype=complex)
@@ -84,12 +88,18 @@ def _shrunk(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Arra
     A ball that covers an earlier one is drawn smaller, so that the edge of the latter remains
     visible.
 
-    Args:
-        angles: angles of the balls [rad], shape (rows, balls).
-        race_radius: radius of the circle of the balls' centres.
-        radii: radii of the balls, in the unit of ``race_radius``.
+    Parameters
+    ----------
+    angles
+        Angles of the balls [rad], shape (rows, balls).
+    race_radius
+        Radius of the circle of the balls' centres.
+    radii
+        Radii of the balls, in the unit of ``race_radius``.
 
-    Returns:
+    Returns
+    -------
+    Array
         Radii in this unit, shape (rows, balls).
     """
     drawn = np.tile(radii, (len(angles), 1))
@@ -182,10 +192,14 @@ class TopView:
     def frames(self, angle: Array, place: Array, balls: Array) -> list[Any]:
         """Return Rerun's columns of the rotor, one row per frame.
 
-        Args:
-            angle: angle of the spindle [rad], shape (rows,).
-            place: displacement of the deck [mm], shape (rows, 2), or (rows, 3) in space.
-            balls: angles of the balls [rad], shape (rows, balls).
+        Parameters
+        ----------
+        angle
+            Angle of the spindle [rad], shape (rows,).
+        place
+            Displacement of the deck [mm], shape (rows, 2), or (rows, 3) in space.
+        balls
+            Angles of the balls [rad], shape (rows, balls).
         """
         rows, zero = len(angle), np.zeros_like(angle)
         shaft = np.column_stack([place[:, 0], -place[:, 1], zero])
@@ -281,16 +295,24 @@ class Space:
     ) -> Space:
         """Create the drawing from the section ``deck`` of a description.
 
-        Args:
-            deck: section of the description, lengths in m; None for a deck in the plane of the
-                disc, which is drawn as a square.
-            race_radius: radius of the circle of the balls' centres [mm].
-            ball_radii: radii of the balls [mm].
-            motion: size of the deck's motion [mm].
-            arrows: arrows to draw.
+        Parameters
+        ----------
+        deck
+            Section of the description, lengths in m; None for a deck in the plane of the disc,
+            which is drawn as a square.
+        race_radius
+            Radius of the circle of the balls' centres [mm].
+        ball_radii
+            Radii of the balls [mm].
+        motion
+            Size of the deck's motion [mm].
+        arrows
+            Arrows to draw.
 
-        Raises:
-            KeyError, TypeError, ValueError: a value is missing or invalid.
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            A value is missing or invalid.
         """
         if deck is None:
             flat = dict.fromkeys(("race_heights",), [0.0]) | {"rotor_height": 0.0}
@@ -352,11 +374,16 @@ class Space:
     def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
         """Yield Rerun's columns of moving parts by entity, one row per frame.
 
-        Args:
-            angle: angle of the spindle [rad], shape (rows,).
-            place: displacement of the deck's centre [m], shape (rows, 2), or (rows, 3) in space.
-            turn: attitude of the deck as quaternions (w, x, y, z), shape (rows, 4).
-            balls: angles of the balls from the unbalance [rad], shape (rows, balls).
+        Parameters
+        ----------
+        angle
+            Angle of the spindle [rad], shape (rows,).
+        place
+            Displacement of the deck's centre [m], shape (rows, 2), or (rows, 3) in space.
+        turn
+            Attitude of the deck as quaternions (w, x, y, z), shape (rows, 4).
+        balls
+            Angles of the balls from the unbalance [rad], shape (rows, balls).
         """
         rows, turned = len(angle), _more(turn, self.factor)
         moved = np.zeros((rows, 3))

@@ -21,9 +21,12 @@ class SlidingWindows:
 
     Windows depend only on the samples' times, and not on the size of blocks.
 
-    Args:
-        span: length of a window [s].
-        hop: time between the ends of two windows [s].
+    Parameters
+    ----------
+    span
+        Length of a window [s].
+    hop
+        Time between the ends of two windows [s].
     """
 
     def __init__(self, span: float, hop: float) -> None:
@@ -35,8 +38,10 @@ class SlidingWindows:
 
         Windows without samples, or in which time decreases, are omitted.
 
-        Args:
-            rows: next samples; ``time`` [s] is the second column.
+        Parameters
+        ----------
+        rows
+            Next samples; ``time`` [s] is the second column.
         """
         seen = len(self._kept)
         every = np.concatenate([self._kept, rows]) if seen else rows
@@ -80,9 +85,12 @@ TURNS = 2
 def rms(time: Array, vectors: Array) -> float:
     """Return the root mean square of the vectors' length over time.
 
-    Args:
-        time: times of the rows [s], at least two, of any spacing.
-        vectors: vectors of shape (rows, axes).
+    Parameters
+    ----------
+    time
+        Times of the rows [s], at least two, of any spacing.
+    vectors
+        Vectors of shape (rows, axes).
     """
     return float(np.sqrt(np.average(np.sum(vectors**2, axis=1), weights=np.gradient(time))))
 
@@ -135,11 +143,16 @@ def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
     The last whole revolutions are weighted by Hann's window over the *angle*. So the result is also
     right if the speed changes, or if revolutions are not a whole number of rows.
 
-    Args:
-        angle: angle of the rotor [rad], shape (rows,).
-        vectors: vectors of shape (rows, axes).
+    Parameters
+    ----------
+    angle
+        Angle of the rotor [rad], shape (rows,).
+    vectors
+        Vectors of shape (rows, axes).
 
-    Returns:
+    Returns
+    -------
+    tuple[float, float] | None
         Both sizes; None for less than `TURNS` revolutions in one direction, or less than two rows
         per revolution.
     """
@@ -170,9 +183,12 @@ def spectrum(step: float, vectors: Array) -> tuple[Array, Array]:
     The mean is removed, and Hann's window is applied. A sine on one axis with the amplitude A, at
     one of the frequencies, has the size A / sqrt(2) there.
 
-    Args:
-        step: constant time between rows [s].
-        vectors: vectors of shape (rows, axes), at least two rows.
+    Parameters
+    ----------
+    step
+        Constant time between rows [s].
+    vectors
+        Vectors of shape (rows, axes), at least two rows.
     """
     rows = len(vectors)
     window = 1.0 - np.cos(2.0 * np.pi * np.arange(rows) / rows)

@@ -37,11 +37,15 @@ _LABELS = ("still", "up", "v", "steady", "down")
 class SpindlePhase:
     """Determines the phases of the spindle's motion from samples.
 
-    Args:
-        channels: channels of the samples, with ``speed`` [rad/s].
-        top_speed: top speed [rad/s]; None: unknown.
-        period: variable-speed period, as in `Explanation`; None: none. It is recognised by its
-            speed and acceleration, because the start of a live profile is unknown.
+    Parameters
+    ----------
+    channels
+        Channels of the samples, with ``speed`` [rad/s].
+    top_speed
+        Top speed [rad/s]; None: unknown.
+    period
+        Variable-speed period, as in `Explanation`; None: none. It is recognised by its speed and
+        acceleration, because the start of a live profile is unknown.
     """
 
     def __init__(
@@ -149,9 +153,12 @@ def size_curves() -> list[PlottedCurves]:
 class VibrationCurves:
     """Computes r.m.s. values and spectra of the deck's acceleration, block by block.
 
-    Args:
-        channels: channels of the samples, with ``ax``, ``ay`` and in space ``az`` [m/s^2].
-        top_speed: top speed [rad/s]; None: unknown.
+    Parameters
+    ----------
+    channels
+        Channels of the samples, with ``ax``, ``ay`` and in space ``az`` [m/s^2].
+    top_speed
+        Top speed [rad/s]; None: unknown.
     """
 
     def __init__(self, channels: tuple[str, ...], top_speed: float | None) -> None:

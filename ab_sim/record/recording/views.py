@@ -35,10 +35,14 @@ _SPACE = ("x", "y", "z", "ax", "ay", "az", "qw", "qx", "qy", "qz")
 def _legend_text(drawing: Drawing, final: Final | None, without_balls: Final | None) -> str:
     """Return the text next to the drawings, in Markdown.
 
-    Args:
-        drawing: drawing of the drive.
-        final: final whirl [m]; None if unknown.
-        without_balls: final whirl of the drive without balls [m]; None if unknown.
+    Parameters
+    ----------
+    drawing
+        Drawing of the drive.
+    final
+        Final whirl [m]; None if unknown.
+    without_balls
+        Final whirl of the drive without balls [m]; None if unknown.
     """
     explanation = drawing.explanation
     parts = [
@@ -123,12 +127,17 @@ def _without_balls_text(explanation: Explanation) -> list[str]:
 class DriveView:
     """View with drawings of the drive; its content does not depend on the size of blocks.
 
-    Args:
-        description: description of the run.
-        period: shortest time between two frames [s].
+    Parameters
+    ----------
+    description
+        Description of the run.
+    period
+        Shortest time between two frames [s].
 
-    Raises:
-        RecordingError: the description lacks a value for the drawing.
+    Raises
+    ------
+    RecordingError
+        The description lacks a value for the drawing.
     """
 
     def __init__(self, description: Mapping[str, Any], period: float = PERIOD) -> None:
@@ -160,8 +169,10 @@ class DriveView:
         Channels that ``needs`` does not contain may be missing, such as speed and acceleration;
         they are then NaN.
 
-        Raises:
-            RecordingError: the channels do not fit the number of balls.
+        Raises
+        ------
+        RecordingError
+            The channels do not fit the number of balls.
         """
         balls = len(layout_of(channels).get("balls_angle", ()))
         if balls != self._drawing.balls:
@@ -212,9 +223,12 @@ class DriveView:
     def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
         """Return the layout of the viewer.
 
-        Args:
-            scalars: names of the scalars, each of which gets a plot.
-            live: whether the viewer follows a growing recording.
+        Parameters
+        ----------
+        scalars
+            Names of the scalars, each of which gets a plot.
+        live
+            Whether the viewer follows a growing recording.
         """
         return blueprint(self._drawing, self._channels, scalars, live=live)
 

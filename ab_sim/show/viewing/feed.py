@@ -31,8 +31,10 @@ class Program:
     or after it. Its settings are in the same folder, with analytics off, so that nothing is sent
     and the user's settings stay unchanged.
 
-    Raises:
-        InputError: the program is not installed.
+    Raises
+    ------
+    InputError
+        The program is not installed.
     """
 
     def __init__(self) -> None:
@@ -60,12 +62,16 @@ class Program:
     ) -> "Started":
         """Start a process that Ctrl-C in this terminal does not reach.
 
-        Args:
-            arguments: arguments of the program.
-            stdin: as in ``subprocess.Popen``.
-            tied: whether the process exits with the calling thread, even if it is killed; on Linux
-                only.
-            screen: whether the process may open a window.
+        Parameters
+        ----------
+        arguments
+            Arguments of the program.
+        stdin
+            As in ``subprocess.Popen``.
+        tied
+            Whether the process exits with the calling thread, even if it is killed; on Linux only.
+        screen
+            Whether the process may open a window.
         """
         self._logs += 1
         log = Path(self._folder.name, f"{self._logs}.log")
@@ -125,11 +131,16 @@ class Feed:
     A thread reads the file and writes its content to the standard input of the process. The write
     blocks if the viewer does not keep up and 100 MB wait in the process.
 
-    Args:
-        path: file that `ab_sim.record.recording.Recording` writes, or has written.
-        host: IP address of the viewer.
-        port: port of the viewer's proxy, which is already listening.
-        program: program that starts the process.
+    Parameters
+    ----------
+    path
+        File that `ab_sim.record.recording.Recording` writes, or has written.
+    host
+        IP address of the viewer.
+    port
+        Port of the viewer's proxy, which is already listening.
+    program
+        Program that starts the process.
     """
 
     def __init__(self, path: Path, host: str, port: int, program: Program) -> None:

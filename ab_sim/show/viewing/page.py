@@ -115,11 +115,14 @@ def _is_loopback(host: str) -> bool:
 class Page:
     """Server of a web viewer's page on loopback, in separate threads.
 
-    Args:
-        port: port of the page.
-        server: port of Rerun's own server on this machine, whose answers are relayed.
-        proxy: ``http://HOST:PORT`` of the viewer's proxy, the only address that the page may
-            contact.
+    Parameters
+    ----------
+    port
+        Port of the page.
+    server
+        Port of Rerun's own server on this machine, whose answers are relayed.
+    proxy
+        ``http://HOST:PORT`` of the viewer's proxy, the only address that the page may contact.
     """
 
     def __init__(self, port: int, server: int, proxy: str) -> None:
@@ -197,10 +200,13 @@ class Page:
     def interval(self, recording: str, sent: Sequence[float]) -> float:
         """Return the time [s] from one batch of a recording to the next one.
 
-        Args:
-            recording: id of the recording.
-            sent: newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all of
-                them if fewer were sent.
+        Parameters
+        ----------
+        recording
+            Id of the recording.
+        sent
+            Newest time [s] in each of the last `IN_TRANSIT` or more batches, or in all of them if
+            fewer were sent.
         """
         if time.monotonic() - self._last_report > _LEFT:
             return UNWATCHED
@@ -230,11 +236,15 @@ _TIMELINE = b"sim_time"
 def newest_times(state: bytes) -> dict[str, float]:
     """Return the newest time [s] that the viewer has of each recording, by the recording's id.
 
-    Args:
-        state: ``GetStateResponse`` of Rerun's viewer control, in protobuf's wire format.
+    Parameters
+    ----------
+    state
+        ``GetStateResponse`` of Rerun's viewer control, in protobuf's wire format.
 
-    Raises:
-        TypeError, ValueError: the state has another form.
+    Raises
+    ------
+    TypeError, ValueError
+        The state has another form.
     """
     times = {}
     for recording in map(fields_of, fields_of(state).get(3, [])):

@@ -33,8 +33,10 @@ class Proxy(NamedTuple):
     def of(cls, url: str) -> "Proxy":
         """Return the proxy in ``rerun+http://HOST:PORT/proxy``.
 
-        Raises:
-            InputError: the text has another form, or the host is unknown.
+        Raises
+        ------
+        InputError
+            The text has another form, or the host is unknown.
         """
         try:
             parts = urlsplit(url)
@@ -81,8 +83,10 @@ class Proxy(NamedTuple):
 def free_port(wanted: int = 0) -> int:
     """Return a free port of this machine: ``wanted``, or any if ``wanted`` is 0.
 
-    Raises:
-        InputError: the port is taken.
+    Raises
+    ------
+    InputError
+        The port is taken.
     """
     with socket.socket() as taken:
         taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as servers do

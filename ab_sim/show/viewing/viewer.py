@@ -29,12 +29,17 @@ _ENDING = 2.0
 def check_view(view: str, screen: bool = False) -> None:
     """Refuse a text that does not name a viewer.
 
-    Args:
-        view: requested viewer, as in `Viewer`.
-        screen: whether to refuse a window if there is no screen.
+    Parameters
+    ----------
+    view
+        Requested viewer, as in `Viewer`.
+    screen
+        Whether to refuse a window if there is no screen.
 
-    Raises:
-        InputError: the text is not allowed.
+    Raises
+    ------
+    InputError
+        The text is not allowed.
     """
     if screen and view == NATIVE and not screens():
         raise InputError(f"{view}: {_NO_SCREEN}")
@@ -53,14 +58,20 @@ class Viewer:
     again. A window that its user closes stays closed. A viewer that was started elsewhere gets its
     data as soon as it answers, also after an interruption.
 
-    Args:
-        view: ``web``, served on loopback; ``native``, a window; or the address of a running viewer,
-            ``rerun+http://HOST:PORT/proxy``.
-        port: port of the web viewer's page; 0: any free port.
-        memory: memory limit of the viewer, in Rerun's notation.
+    Parameters
+    ----------
+    view
+        ``web``, served on loopback; ``native``, a window; or the address of a running viewer,
+        ``rerun+http://HOST:PORT/proxy``.
+    port
+        Port of the web viewer's page; 0: any free port.
+    memory
+        Memory limit of the viewer, in Rerun's notation.
 
-    Raises:
-        InputError: the address is invalid, the port is taken, or Rerun's program is missing.
+    Raises
+    ------
+    InputError
+        The address is invalid, the port is taken, or Rerun's program is missing.
     """
 
     def __init__(self, view: str, port: int = 0, memory: str = MEMORY) -> None:
@@ -127,9 +138,12 @@ class Viewer:
     def interval(self, recording: str, sent: Sequence[float]) -> float:
         """Return the time [s] from one batch of a recording to the next one.
 
-        Args:
-            recording: id of the recording.
-            sent: see `Page.interval`.
+        Parameters
+        ----------
+        recording
+            Id of the recording.
+        sent
+            See `Page.interval`.
         """
         return BATCH if self._page is None else self._page.interval(recording, sent)
 
@@ -154,8 +168,10 @@ class Viewer:
     def close(self, leave_window: bool = False) -> None:
         """Show the rest of the files, and stop the viewer if it was started here.
 
-        Args:
-            leave_window: whether a native viewer stays until its user closes it.
+        Parameters
+        ----------
+        leave_window
+            Whether a native viewer stays until its user closes it.
         """
         self._leave = leave_window and self._native
         self._closing.set()

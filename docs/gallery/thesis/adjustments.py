@@ -74,8 +74,10 @@ def best_starts() -> dict[str, float | None]:
 def start_claims(best: dict[str, float | None]) -> list[Claim]:
     """That the start time is the critical speed's, whatever else changes: as a rule for design.
 
-    Args:
-        best: by drive the best start [rad/s], the thesis' own first.
+    Parameters
+    ----------
+    best
+        By drive the best start [rad/s], the thesis' own first.
     """
     known = [speed for speed in best.values() if speed is not None]
     own, critical = known[0], THESIS.critical_speed

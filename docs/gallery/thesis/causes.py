@@ -94,9 +94,12 @@ def joined_claim(run: StartUp) -> Claim:
 def alike_claim(run: StartUp, hold: StartUp) -> Claim:
     """That both balls are opposite, with like ways, because the forces are like and larger (4.11).
 
-    Args:
-        run: figure 4.11.
-        hold: figure 4.7.
+    Parameters
+    ----------
+    run
+        Figure 4.11.
+    hold
+        Figure 4.7.
     """
     way, force, other = moved(run, 2.5), by_force(run, 2.5), by_force(hold, 2.5)
     return Claim(
@@ -143,11 +146,16 @@ def farther_claim(
 def force_by_whirl_claim(figure: str, printed: str, force: float, whirl: float) -> Claim:
     """That the force changes as a result of the whirl, not W/e (4.26, 4.29, 4.36).
 
-    Args:
-        figure: of the thesis.
-        printed: what it says.
-        force: ratio of the largest forces.
-        whirl: ratio of the largest whirls [m].
+    Parameters
+    ----------
+    figure
+        Of the thesis.
+    printed
+        What it says.
+    force
+        Ratio of the largest forces.
+    whirl
+        Ratio of the largest whirls [m].
     """
     return Claim(
         figure, printed,

@@ -106,11 +106,16 @@ def angle(figure: str, what: str, printed: float, ours: float, why: str = "") ->
 def own(figure: str, asked: str, ours: str, found: str) -> Claim:
     """What is ours to ask: it is not counted.
 
-    Args:
-        figure: of the thesis.
-        asked: what.
-        ours: what our runs say.
-        found: the answer, in short.
+    Parameters
+    ----------
+    figure
+        Of the thesis.
+    asked
+        what.
+    ours
+        What our runs say.
+    found
+        The answer, in short.
     """
     return Claim(figure, f"ours: {asked}", ours, None, f"{OWN}: {found}")
 

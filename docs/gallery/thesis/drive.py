@@ -170,12 +170,18 @@ def start_ups(
 ) -> list[StartUp]:
     """Run start-ups.
 
-    Args:
-        cases: their parameters and variable-speed periods.
-        tell: called with (runs done, runs).
-        every: keep each so-many-th step of 1 ms.
-        target: speed [rad/s] at which they end; 400 is not reached, as in the figures.
-        duration: of each [s]; None: until 2.5 s after the critical speed.
+    Parameters
+    ----------
+    cases
+        Their parameters and variable-speed periods.
+    tell
+        Called with (runs done, runs).
+    every
+        Keep each so-many-th step of 1 ms.
+    target
+        Speed [rad/s] at which they end; 400 is not reached, as in the figures.
+    duration
+        Of each [s]; None: until 2.5 s after the critical speed.
     """
     variations = [variation_of(*case, target, duration) for case in cases]
     base = _base()

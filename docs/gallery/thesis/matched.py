@@ -55,9 +55,12 @@ def matched_table(tell: Tell) -> Table:
 def suppressed_claim(held: float, light: float) -> Claim:
     """That a start-up with the period suppresses vibration at a high speed (chapter 7).
 
-    Args:
-        held: W/e at 200 rad/s with the thesis' balls and the hold.
-        light: with balls that match the disc.
+    Parameters
+    ----------
+    held
+        W/e at 200 rad/s with the thesis' balls and the hold.
+    light
+        With balls that match the disc.
     """
     free = whirl_without_balls(200.0)
     return Claim(

@@ -64,16 +64,26 @@ def measured_claims(
 ) -> list[Claim]:
     """What section 6.2 states of what it measured.
 
-    Args:
-        bars: by ``PERIODS``.
-        bars_alone: whirl without balls [um].
-        easing: with an accelerating period.
-        speeds: figure 6.5.
-        eccentric: figure 6.6.
-        two_balls: final W/e of the drive of chapter 4, without a period and with the hold.
-        best: least final W/e of that drive with any period of section 4.4's grid.
-        shares: whirl with the hold at 2500 rpm over that without, of each varied choice.
-        others: by ``PERIODS``, with other choices of what is not printed.
+    Parameters
+    ----------
+    bars
+        By ``PERIODS``.
+    bars_alone
+        Whirl without balls [um].
+    easing
+        With an accelerating period.
+    speeds
+        Figure 6.5.
+    eccentric
+        Figure 6.6.
+    two_balls
+        Final W/e of the drive of chapter 4, without a period and with the hold.
+    best
+        Least final W/e of that drive with any period of section 4.4's grid.
+    shares
+        Whirl with the hold at 2500 rpm over that without, of each varied choice.
+    others
+        By ``PERIODS``, with other choices of what is not printed.
     """
     return [
         *_period_claims(bars, bars_alone, easing, two_balls, shares),
@@ -159,13 +169,20 @@ def _order_claims(bars: dict[str, Bar], others: dict[str, Bar]) -> list[Claim]:
 def _by_choice(figure: str, printed: str, ours: str, here: bool, there: bool, words: str) -> Claim:
     """A claim that is undecided where two choices of what is not printed disagree.
 
-    Args:
-        figure: of the thesis.
-        printed: what it says.
-        ours: what our runs say.
-        here: whether it holds with the page's choices.
-        there: whether it holds with ``OTHERS``.
-        words: what runs with those say.
+    Parameters
+    ----------
+    figure
+        Of the thesis.
+    printed
+        What it says.
+    ours
+        What our runs say.
+    here
+        Whether it holds with the page's choices.
+    there
+        Whether it holds with ``OTHERS``.
+    words
+        What runs with those say.
     """
     verdict = None if here != there else here
     now, then = ("it holds", "it does not") if here else ("it does not hold", "it does")

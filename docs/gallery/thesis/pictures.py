@@ -60,12 +60,18 @@ def histories(
 ) -> Picture:
     """A column for each figure, with its panels (a), (b), (c) below each other.
 
-    Args:
-        folder: where the picture goes.
-        file: what tells it from others.
-        runs: by the figure's number.
-        panels: what is drawn.
-        caption: below it.
+    Parameters
+    ----------
+    folder
+        Where the picture goes.
+    file
+        What tells it from others.
+    runs
+        By the figure's number.
+    panels
+        What is drawn.
+    caption
+        Below it.
     """
     figure = Figure(figsize=(4.6 * len(runs), 7.2), layout="constrained")
     grid = figure.subplots(3, len(runs), sharex="col", squeeze=False)

@@ -79,9 +79,12 @@ def steadier_claims(ends: Ends) -> list[Claim]:
 def width_table(drag: Ends, shares: tuple[float, float]) -> Table:
     """How wide the good stretch of c_b is, at each of some masses.
 
-    Args:
-        drag: figures 5.5 and 5.11.
-        shares: of the map that is near an odd multiple of -180 deg, without and with the hold.
+    Parameters
+    ----------
+    drag
+        Figures 5.5 and 5.11.
+    shares
+        Of the map that is near an odd multiple of -180 deg, without and with the hold.
     """
     rows: list[tuple[Cell, ...]] = [
         (f"{1e3 * m:g} g", *(_stretch(opposite(drag[m][held]), True) for held in (0, 1)))

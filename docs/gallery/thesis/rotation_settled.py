@@ -49,10 +49,14 @@ def _swept(values: np.ndarray, drive: Callable[[float, float], Parameters], held
 def settled_claims(figures: tuple[str, str], ends: Ends, held: int) -> list[Claim]:
     """Of a figure over c_b and of one over e.
 
-    Args:
-        figures: both.
-        ends: over c_b.
-        held: 1 with the hold, else 0.
+    Parameters
+    ----------
+    figures
+        both.
+    ends
+        Over c_b.
+    held
+        1 with the hold, else 0.
     """
     drag, eccentricity = over_drag(bool(held)), over_eccentricity(bool(held))
     return [
@@ -65,10 +69,14 @@ def settled_claims(figures: tuple[str, str], ends: Ends, held: int) -> list[Clai
 def settled_claim(figure: str, swept: Swept, unit: tuple[str, float, str]) -> Claim:
     """That the positions over c_b or e are of balls that have settled.
 
-    Args:
-        figure: of the thesis.
-        swept: its axis.
-        unit: the axis' name, by what its values are shown, and their unit.
+    Parameters
+    ----------
+    figure
+        Of the thesis.
+    swept
+        Its axis.
+    unit
+        The axis' name, by what its values are shown, and their unit.
     """
     name, scale, words = unit
     hold = sum(int(each.sum()) for each in swept.settled.values())
@@ -113,11 +121,16 @@ def stretch_near(target: float, m: float, ends: Ends, held: int) -> tuple[float,
 
     Its ends are between two of ``DRAGS``: there it is run again with finer steps.
 
-    Args:
-        target: the angle [deg].
-        m: of a ball [kg].
-        ends: figure 5.5 or 5.11.
-        held: 1 with the hold, else 0.
+    Parameters
+    ----------
+    target
+        The angle [deg].
+    m
+        Of a ball [kg].
+    ends
+        Figure 5.5 or 5.11.
+    held
+        1 with the hold, else 0.
     """
     low, high = longest(DRAGS, np.abs(ends[m][held] - target) <= OPPOSITE)
     if not high:

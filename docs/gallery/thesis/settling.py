@@ -78,9 +78,12 @@ def settling_section(folder: Path, tell: Tell) -> PageSection:
 def settling_claims(lines: dict[float, list[Judged]], touching: StartUp) -> list[Claim]:
     """The six printed numbers, and what is concluded from them.
 
-    Args:
-        lines: by acceleration, of the durations ``LINE``.
-        touching: figure 4.21.
+    Parameters
+    ----------
+    lines
+        By acceleration, of the durations ``LINE``.
+    touching
+        Figure 4.21.
     """
     short, when = closest(touching, 2.5 + PRINTED[20.0][0.4], 0.1)
     ill = (

@@ -25,12 +25,18 @@ def drive(
 ) -> Scene:
     """A scene of the paper's model, (5)-(9), at speeds that are held.
 
-    Args:
-        eta: m_b d / (m_d e), of one ball.
-        balls: how many.
-        zeta: C / (2 M w_n).
-        zeta_b: C_B / (2 m_b w_n).
-        start: as of a scene's start.
+    Parameters
+    ----------
+    eta
+        m_b d / (m_d e), of one ball.
+    balls
+        How many.
+    zeta
+        C / (2 M w_n).
+    zeta_b
+        C_B / (2 m_b w_n).
+    start
+        As of a scene's start.
     """
     mass = eta * MU_OVER_DELTA * MASS
     scene = {

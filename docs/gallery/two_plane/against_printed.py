@@ -16,9 +16,12 @@ SPEED, DURATION = 3.5, 12.0
 def difference(scale: float, starts: tuple[float, ...]) -> float:
     """Largest between the two, by the largest displacement.
 
-    Args:
-        scale: of the dynamic unbalance, and of balls of m = .005.
-        starts: the balls' alpha; empty without balls.
+    Parameters
+    ----------
+    scale
+        Of the dynamic unbalance, and of balls of m = .005.
+    starts
+        The balls' alpha; empty without balls.
     """
     small = {key: scale * DYNAMIC[key] for key in ("eccentricity", "misalignment")}
     p = long_rotor(**{**DYNAMIC, **small}, ball_mass=0.005 * scale)

@@ -18,9 +18,12 @@ ACROSS = {"X", "Y", "tilt about x", "tilt about y"}
 def critical_speeds(p: RigidRotor, highest: float) -> list[float]:
     """Those that unbalance excites: of forward whirl, or of any between unequal stiffnesses.
 
-    Args:
-        p: the rotor; its balls do not matter.
-        highest: speed to look up to [rad/s].
+    Parameters
+    ----------
+    p
+        The rotor; its balls do not matter.
+    highest
+        Speed to look up to [rad/s].
     """
     found = vibration_of(scene_of(p, highest / SPARE, ()))
     unequal = any(b.stiffness[0] != b.stiffness[1] for b in p.bearings)

@@ -36,10 +36,14 @@ def bearings(
 ) -> tuple[Bearing, ...]:
     """Two alike, of stiffness 1 together.
 
-    Args:
-        heights: where they are.
-        across: stiffness along Y per stiffness along X.
-        ratio: damping per stiffness.
+    Parameters
+    ----------
+    heights
+        Where they are.
+    across
+        Stiffness along Y per stiffness along X.
+    ratio
+        Damping per stiffness.
     """
     k = 0.5, 0.5 * across
     return tuple(Bearing(height, k, (ratio * k[0], ratio * k[1])) for height in heights)

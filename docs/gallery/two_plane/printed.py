@@ -44,11 +44,16 @@ def printed_run(
 ) -> PrintedRun:
     """The rotor from rest, the balls at rest on the race.
 
-    Args:
-        p: the rotor.
-        speed: Omega [rad/s].
-        starts: alpha of each ball at t = 0 [rad]; empty without balls.
-        times: of the samples [s], rising.
+    Parameters
+    ----------
+    p
+        The rotor.
+    speed
+        Omega [rad/s].
+    starts
+        Alpha of each ball at t = 0 [rad]; empty without balls.
+    times
+        Of the samples [s], rising.
     """
     n = len(starts)
     start = np.concatenate([np.zeros(8), starts, np.zeros(n)])
@@ -63,10 +68,14 @@ def printed_run(
 def printed_turn(p: RigidRotor, speed: float, height: float) -> np.ndarray:
     """X + i Y of the shaft over a turn of the rotor without balls, after all has died away [m].
 
-    Args:
-        p: the rotor.
-        speed: Omega [rad/s].
-        height: of the place on the shaft, from C [m].
+    Parameters
+    ----------
+    p
+        The rotor.
+    speed
+        Omega [rad/s].
+    height
+        Of the place on the shaft, from C [m].
     """
     bare = p._replace(planes=())
     stiffness, damping, mass = _matrices(bare, speed)
@@ -85,10 +94,14 @@ def growth(p: RigidRotor, speed: float, alphas: np.ndarray) -> float:
     Seen from the rotor, r = (X + i Y, phi_Y - i phi_X) exp(-i Omega t), the equations do not
     depend on time; r = 0 there. Here with x = (Re r, Im r, alpha - alphas).
 
-    Args:
-        p: the rotor.
-        speed: Omega [rad/s].
-        alphas: where its balls balance it [rad].
+    Parameters
+    ----------
+    p
+        The rotor.
+    speed
+        Omega [rad/s].
+    alphas
+        Where its balls balance it [rad].
     """
     stiffness, damping, mass = (each[:2, :2] for each in _matrices(p, speed))
     spin = np.diag([0.0, p.polar])
@@ -111,10 +124,14 @@ def growth(p: RigidRotor, speed: float, alphas: np.ndarray) -> float:
 def _real(own: np.ndarray, balls: np.ndarray, felt: np.ndarray) -> np.ndarray:
     """Complex coefficients as real ones.
 
-    Args:
-        own: of r in its equations.
-        balls: of alpha in them.
-        felt: of r in the balls' equations, which have the imaginary part.
+    Parameters
+    ----------
+    own
+        Of r in its equations.
+    balls
+        Of alpha in them.
+    felt
+        Of r in the balls' equations, which have the imaginary part.
     """
     n = balls.shape[1]
     found = np.zeros((4 + n, 4 + n))

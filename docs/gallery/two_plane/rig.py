@@ -51,10 +51,14 @@ def rig(
 ) -> RigidRotor:
     """The rig with one of the unbalances.
 
-    Args:
-        unbalance: of the disc.
-        multiplied: the printed stiffness by this; the damping goes with it.
-        race_damping: c_b / (m R^2 Omega_cyl,X).
+    Parameters
+    ----------
+    unbalance
+        Of the disc.
+    multiplied
+        The printed stiffness by this; the damping goes with it.
+    race_damping
+        c_b / (m R^2 Omega_cyl,X).
     """
     kx, ky = (multiplied * k for k in STIFFNESS)
     c = DAMPING_RATIO * kx, DAMPING_RATIO * ky

@@ -33,9 +33,11 @@ def rig_critical_speeds(multiplied: float) -> list[float]:
 def washer_plane() -> tuple[complex, float]:
     """Table 2 taken apart: misalignment without washers, and where these lie.
 
-    Returns:
-        The misalignment chi exp(-i beta) that the disc has without washers, from the direction
-        of their unbalance [rad]; the height of their plane from C [m].
+    Returns
+    -------
+    tuple[complex, float]
+        The misalignment chi exp(-i beta) that the disc has without washers, from the direction of
+        their unbalance [rad]; the height of their plane from C [m].
     """
     washers = np.array([row.washers for row in TABLE_2[1:]])
     found = np.array([_misaligned(row.misalignment, row.phase) for row in TABLE_2[1:]])

@@ -76,11 +76,16 @@ def scene_of(p: RigidRotor, speed: float, starts: tuple[float, ...], **changes: 
     excited. The rotor has J_p about all axes, the deck J_t - J_p about those across the shaft; in
     the papers' equations only the sums count.
 
-    Args:
-        p: the rotor.
-        speed: Omega [rad/s].
-        starts: the balls' alpha [rad], at rest on the race; empty without balls.
-        **changes: of the scene's values, by key.
+    Parameters
+    ----------
+    p
+        The rotor.
+    speed
+        Omega [rad/s].
+    starts
+        The balls' alpha [rad], at rest on the race; empty without balls.
+    **changes
+        Of the scene's values, by key.
     """
     apart, turning = p.transverse - p.polar, TURNS * p.mass
     # Package axes begin at the unbalance.
@@ -165,9 +170,12 @@ def sorted_in_planes(angles: np.ndarray) -> np.ndarray:
 def shaft_at(states: np.ndarray, height: float) -> np.ndarray:
     """X + i Y of the shaft at a height from C [m], shape (samples,).
 
-    Args:
-        states: X, Y and whatever; the quaternion (w, x, y, z) from the fourth column on.
-        height: [m].
+    Parameters
+    ----------
+    states
+        X, Y and whatever; the quaternion (w, x, y, z) from the fourth column on.
+    height
+        [m].
     """
     w, x, y, z = states[:, 3:7].T
     lean = 2.0 * (x * z + w * y) + 2.0j * (y * z - w * x)

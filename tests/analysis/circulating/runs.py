@@ -33,13 +33,19 @@ def mean_speeds(
 ) -> np.ndarray:
     """Return the balls' mean absolute speeds over the last half of a run at constant speed [rad/s].
 
-    Args:
-        scene: scene to run.
-        speed: spindle speed w [rad/s].
-        begin: start of the run, a bunch or a state.
-        duration: duration of the run [s].
-        off: standard deviation of a random displacement of each ball [rad], so that a bunch can
-            fall apart.
+    Parameters
+    ----------
+    scene
+        Scene to run.
+    speed
+        Spindle speed w [rad/s].
+    begin
+        Start of the run, a bunch or a state.
+    duration
+        Duration of the run [s].
+    off
+        Standard deviation of a random displacement of each ball [rad], so that a bunch can fall
+        apart.
     """
     step = round(0.25 / abs(speed), 6)
     held = {"start.speed": speed, "spindle.max_speed": 2.0 * abs(speed), "solver.step": step}

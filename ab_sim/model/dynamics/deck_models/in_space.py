@@ -72,8 +72,10 @@ def _rotation() -> "type[Rotation]":
 def _start_of(scene: Scene, system: System) -> np.ndarray:
     """Return the deck's states at t = 0 in the order of ``InSpace.STATE_NAMES``, shape (13,).
 
-    Raises:
-        SceneError: the deck is to start at rest, and there is no position at rest.
+    Raises
+    ------
+    SceneError
+        The deck is to start at rest, and there is no position at rest.
     """
     start = scene.start.deck
     place, turn = np.zeros(3), _rotation().identity()
@@ -97,9 +99,12 @@ def _start_of(scene: Scene, system: System) -> np.ndarray:
 def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.ndarray:
     """Return the angular velocity of a deck on deck axes [rad/s], shape (3,).
 
-    Args:
-        tilt: angles alpha, beta, gamma of the deck [rad].
-        rate: rates of change of these angles [rad/s].
+    Parameters
+    ----------
+    tilt
+        Angles alpha, beta, gamma of the deck [rad].
+    rate
+        Rates of change of these angles [rad/s].
     """
     (alpha, beta, _), (alpha_rate, beta_rate, gamma_rate) = tilt, rate
     ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
@@ -115,11 +120,16 @@ def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.nda
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     """Return the eigenvalue of largest modulus [1/s] of the deck on its mounts.
 
-    Args:
-        system: the system.
-        top_speed: spindle speed at which gyroscopic moments are taken [rad/s].
+    Parameters
+    ----------
+    system
+        The system.
+    top_speed
+        Spindle speed at which gyroscopic moments are taken [rad/s].
 
-    Returns:
+    Returns
+    -------
+    dict[str, complex]
         The eigenvalue, with its name in messages as the key; empty if it is 0.
     """
     matrix = linearised(_weightless(_hardened(system))).matrix(top_speed)
@@ -132,7 +142,9 @@ def _yields_of(system: System) -> list[np.ndarray]:
 
     Accelerations and forces are those along the race.
 
-    Returns:
+    Returns
+    -------
+    list[np.ndarray]
         One matrix, shape (balls, balls), for each of 16 angles at which all balls are placed.
     """
     weights, yields = system.balls[:, MASS], []
@@ -157,8 +169,10 @@ def linearised(system: System) -> Linearised:
     Coordinates are X, Y, Z on the ground's axes, and turns about the deck's x, y, z. The equations
     are those of ``equations.in_space``, where a symmetric rotor has V = 0.
 
-    Raises:
-        SceneError: there is no position at rest.
+    Raises
+    ------
+    SceneError
+        There is no position at rest.
     """
     rest = _at_rest(system) if any(system.deck_model.gravity) else np.zeros(6)
     deck, effects = system.deck_model, system.effects
@@ -218,7 +232,9 @@ def _hardened(system: System) -> System:
 def _averaged(system: System) -> tuple[float, float, np.ndarray]:
     """Return second moments of rotor and balls averaged over a turn, and the first moment.
 
-    Returns:
+    Returns
+    -------
+    tuple[float, float, np.ndarray]
         Second moments across and along the shaft [kg m^2], and the first moment of all moving
         masses [kg m], shape (3,).
     """

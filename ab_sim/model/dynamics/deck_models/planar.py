@@ -54,10 +54,12 @@ def _start_of(scene: Scene, system: System) -> np.ndarray:
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     """Return the fastest eigenvalue [1/s] of the suspension.
 
-    Args:
-        system: the system.
-        top_speed: largest spindle speed [rad/s]; on rotating axes, the deck's whirl is faster by
-            this speed.
+    Parameters
+    ----------
+    system
+        The system.
+    top_speed
+        Largest spindle speed [rad/s]; on rotating axes, the deck's whirl is faster by this speed.
     """
     body, effects = system.deck_model, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
@@ -70,17 +72,25 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
 def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray:
     """Return eigenvalues [1/s] of the suspension in several directions, on fixed axes.
 
-    Args:
-        effects: effects of the scene.
-        body: deck model of the scene.
-        mass: moving mass [kg].
+    Parameters
+    ----------
+    effects
+        Effects of the scene.
+    body
+        Deck model of the scene.
+    mass
+        Moving mass [kg].
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         Shape (poles, runs). Numbers of the arguments may be columns, shape (runs,), with one number
         per run; otherwise runs = 1.
 
-    Raises:
-        TypeError, ValueError: an effect cannot be computed with columns.
+    Raises
+    ------
+    TypeError, ValueError
+        An effect cannot be computed with columns.
     """
     damping, stiffness = _resistances(effects, body)
     mean, apart = damping / (2.0 * mass), stiffness / mass
@@ -93,7 +103,9 @@ def _yields_of(system: System) -> list[np.ndarray]:
 
     Accelerations and forces are those along the race.
 
-    Returns:
+    Returns
+    -------
+    list[np.ndarray]
         One matrix, shape (balls, balls), for all balls at one angle; it is the same for any angle.
     """
     return [np.full((len(system.balls),) * 2, 1.0 / system.deck_model.total_mass)]
