@@ -82,7 +82,7 @@ define print_at_end
 endef
 
 nodes: real-time
-	$(call print_at_end,$(PYTEST) -n 3 $(SHARED) -m ros $(NODES))
+	$(call print_at_end,$(PYTEST) -n 2 $(SHARED) -m ros $(NODES))
 
 jazzy: real-time
 	$(call print_at_end,$(MAKE) --no-print-directory some-nodes ROS=jazzy)

@@ -143,7 +143,9 @@ class LiveRun:
         def ready() -> bool:
             self._refuse_other_simulator()
             recorder, controller = self.health(_RECORDER), self.health(_CONTROLLER)
-            # Drive and recorder must be subscribed, so that no command is lost.
+            # Drive and recorder must be subscribed, so that no command is lost. Until the
+            # controller knows that the drive takes trajectories, it sends speeds, which arrive
+            # after t = 0.
             listeners = len(self._nodes.keys() & {"drive_sim", _RECORDER})
             return (
                 self._pause_drive.service_is_ready()
@@ -157,6 +159,7 @@ class LiveRun:
                     or (
                         self.health("drive_sim").get("sources of commands", "0") != "0"
                         and int(controller.get("listeners", 0)) >= listeners
+                        and int(controller.get("listeners to trajectories", 0)) >= 1
                         and self._start_profile.service_is_ready()
                     )
                 )

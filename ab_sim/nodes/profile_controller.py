@@ -229,6 +229,11 @@ class ProfileController(BaseNode):
         return self._command.get_subscription_count()
 
     @property
+    def _trajectory_listeners(self) -> int:
+        """Number of drives that take trajectories, as far as this node has discovered them."""
+        return len(self._listeners_to(self._trajectory))
+
+    @property
     def status(self) -> str:
         """Status of the profile."""
         return self._timed.run.status
@@ -256,7 +261,7 @@ class ProfileController(BaseNode):
         if not self._simulated:
             self._ticker = Ticker(self._period, time.monotonic())
         looked = reported = -math.inf
-        seen = -1, ""
+        seen = -1, -1, ""
         while not stopping.is_set():
             now = time.monotonic()
             if self._ticker is not None and self._ticker.due(now):
@@ -265,7 +270,7 @@ class ProfileController(BaseNode):
                 looked = now
                 if self._waits:
                     self._start_when_ready()
-                present = self.listeners, self.status
+                present = self.listeners, self._trajectory_listeners, self.status
                 if now - reported >= _REPORT_PERIOD or present != seen:
                     reported, seen = now, present
                     self.report()
@@ -286,6 +291,7 @@ class ProfileController(BaseNode):
             "commands published": str(self._published),
             "sends": "speeds" if self._sent is None else "a trajectory",
             "listeners": str(self.listeners),
+            "listeners to trajectories": str(self._trajectory_listeners),
         }
         now = self.get_clock().now().nanoseconds
         self._diagnostics.publish(level, ENDED if ended else message, values, now)
@@ -359,9 +365,9 @@ class ProfileController(BaseNode):
         first start. Later starts do not wait, because commands would stop meanwhile.
         """
         end = time.monotonic() + (0.0 if self._published else _DISCOVERY)
-        while not (listeners := self._listeners_to(self._trajectory)) and time.monotonic() < end:
+        while not (listeners := self._trajectory_listeners) and time.monotonic() < end:
             time.sleep(0.01)
-        return bool(listeners)
+        return listeners > 0
 
     def _start_goal(self, request: RunRequest) -> str:
         """Start the profile of a goal; return the reason if it cannot run."""

@@ -186,6 +186,10 @@ def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     assert session.call(f"{node}/abort")[0]
     session.until(lambda: status_of(session) == "aborted", "it is aborted")
     session.healths.clear()
+    session.until(
+        lambda: session.value("profile_controller", "listeners to trajectories") == "1",
+        "the controller knows that the drive takes trajectories",
+    )
     assert session.call(f"{node}/start")[0]
     # Once the profile is done, speeds are sent again.
     session.until(
