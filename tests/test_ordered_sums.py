@@ -32,7 +32,7 @@ EXCEPT = {
     "model/dynamics/deck_models/in_space.py: _stiffness_against_turning": "small motions",
     "model/dynamics/deck_models/in_space.py: linearised": "small motions",
     "model/dynamics/deck_models/in_space.py: rates_of": "limits of steps",
-    "model/dynamics/deck_models/in_space.py: yields_of": "limits of steps",
+    "model/dynamics/deck_models/in_space.py: _yields_of": "limits of steps",
     "model/equations/in_space.py: InSpace": "norm of one quaternion",
 }
 """Functions and classes that may, and what they compute."""

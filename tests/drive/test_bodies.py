@@ -100,7 +100,7 @@ def test_a_ball_is_put_elsewhere_on_its_race(scene: str) -> None:
         (PLANAR, "ball_0", BodyPose((0.02, 0.0, 0.0), (1, 0, 0, 0)), None, "off its race"),
         (PLANAR, "deck", BodyPose((0.0, 0.0, 0.1), (1, 0, 0, 0)), None, "z = 0.1"),
         (PLANAR, "deck", BodyPose((0.0, 0.0, 0.0), (0.6, 0.8, 0, 0)), None, "orientation"),
-        (PLANAR, "deck", BodyPose((0.0, 0.0, 0.0), (0, 0, 0, 0)), None, "length 0"),
+        (PLANAR, "deck", BodyPose((0.0, 0.0, 0.0), (0, 0, 0, 0)), None, "norm is 0"),
         (PLANAR, "deck", None, BodyRates((0, 0, 0), (0, 0, 1.0)), "angular velocity"),
         (PLANAR, "deck", BodyPose((math.nan, 0.0, 0.0), (1, 0, 0, 0)), None, "finite"),
         (PLANAR, "deck", BodyPose((1e7, 0.0, 0.0), (1, 0, 0, 0)), None, "u1"),

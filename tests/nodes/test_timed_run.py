@@ -152,8 +152,8 @@ def test_what_is_no_snapshot_of_that_profile(tmp_path: Path) -> None:
     numbers = {**kept.run, "execution": {**kept.run["execution"], "numbers": [1.0, math.nan]}}
     for snapshot, plan, words in (
         (kept, other, "has changed since"),
-        (kept._replace(run=numbers), planned(ADAPTIVE), "has no valid state"),
-        (kept._replace(run={}), planned(ADAPTIVE), "has no valid state"),
+        (kept._replace(run=numbers), planned(ADAPTIVE), "its profile is invalid"),
+        (kept._replace(run={}), planned(ADAPTIVE), "its profile is invalid"),
         (kept._replace(run={**kept.run, "state": "asleep"}), planned(ADAPTIVE), "'asleep'"),
     ):
         with pytest.raises(InputError, match=words):
