@@ -215,13 +215,7 @@ def follow_floquet(
         raise InputError(f"values = {wanted}: must be at least two")
     if key == SPEED and speed is not None:
         raise InputError("speed: is constant and also the key to follow over; give one of them")
-    at = (
-        0.0
-        if key == SPEED
-        else held_speed(checked_scene)
-        if speed is None
-        else as_speed(speed, checked_scene)
-    )
+    at = None if speed is None else as_speed(speed, checked_scene)
     case = case_of(checked_scene, key, wanted, at, f"{key} = ")
     return follow(key, case, wanted, tuple(STARTS), progress or (lambda done: None))
 

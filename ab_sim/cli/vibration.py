@@ -172,8 +172,7 @@ def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.
     values = np.linspace(low, high, count)
     if key == SPEED and speed is not None:
         raise InputError("--speed and --over speed=...: give one of them")
-    at = 0.0 if key == SPEED else held_speed(scene) if speed is None else speed
-    return key, case_of(scene, key, values.tolist(), at, f"--over {key}="), values
+    return key, case_of(scene, key, values.tolist(), speed, f"--over {key}="), values
 
 
 def _solutions_table(scene: Scene, speed: float, stabilities: list[Stability]) -> Table:

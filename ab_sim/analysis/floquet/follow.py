@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.floquet.stability import judged
+from ab_sim.analysis.floquet.stability import held_speed, judged
 from ab_sim.analysis.floquet.turn import STARTS, TurnMap, find_orbit, within_turn
+from ab_sim.analysis.held_speed import as_speed
 from ab_sim.analysis.result_cache import Result, ResultCache
 from ab_sim.base.errors import SceneError
 from ab_sim.base.presentation import Column, Columns, Presented
@@ -137,7 +138,9 @@ Case = Callable[[float], tuple[Scene, float]]
 """Function that returns the scene and its spindle speed [rad/s] for a value of a parameter."""
 
 
-def case_of(scene: Scene, key: str, values: Sequence[float], speed: float, option: str) -> Case:
+def case_of(
+    scene: Scene, key: str, values: Sequence[float], speed: float | None, option: str
+) -> Case:
     """Return the function that applies values of a parameter to a scene.
 
     Parameters
@@ -150,7 +153,7 @@ def case_of(scene: Scene, key: str, values: Sequence[float], speed: float, optio
         All values, SI, at least one. If all are whole, whole values are passed to the scene as
         integers, which counts need.
     speed
-        Spindle speed [rad/s] for keys other than ``SPEED``.
+        Spindle speed [rad/s] for keys other than ``SPEED``; default: ``held_speed``.
     option
         Text before the value in the name of a changed scene and in messages.
 
@@ -158,14 +161,18 @@ def case_of(scene: Scene, key: str, values: Sequence[float], speed: float, optio
     ------
     SceneError
         The scene with the first or the last value is invalid.
+    InputError
+        The first or the last value is not a speed that can be held.
     """
     if key == SPEED:
-        return lambda value: (scene, value)
+        as_speed(values[0], scene), as_speed(values[-1], scene)
+        return lambda value: (scene, as_speed(value, scene))
+    at = held_speed(scene) if speed is None else speed
     whole = all(float(value).is_integer() for value in values)
 
     def case(value: float) -> tuple[Scene, float]:
         number = int(value) if whole and value.is_integer() else value
-        return changed_scene(scene, {key: number}, f"{option}{number:g}"), speed
+        return changed_scene(scene, {key: number}, f"{option}{number:g}"), at
 
     case(float(values[0])), case(float(values[-1]))
     return case

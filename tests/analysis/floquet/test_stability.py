@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import ab_sim
 from ab_sim.analysis.floquet import STARTS, TurnMap, follow, solutions_of
 from ab_sim.analysis.floquet.stability import Stability, multiplier_distance
 from ab_sim.analysis.floquet.turn import balanced_angles
@@ -243,3 +244,9 @@ def test_other_refusals() -> None:
         solutions_of(plane(start={"speed": 0.0}))
     with pytest.raises(InputError, match=f"{', '.join(STARTS)}; did you mean 'set"):
         solutions_of(plane(), 70.0, "setled")
+
+
+@pytest.mark.parametrize("speed", [math.nan, math.inf, 1e9])
+def test_speeds_that_cannot_be_held_are_refused_before_the_search(speed: float) -> None:
+    with pytest.raises(InputError, match=r"^speed = .*must be a number within"):
+        ab_sim.follow_floquet("nsc-case-1", "speed", [300.0, speed])
