@@ -175,7 +175,9 @@ def names_used(path: Path) -> set[str]:
 
 def constants_and_functions(path: Path) -> Iterator[str]:
     """Yield a file's names without an underscore; classes may leave it as results."""
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    module = nodes(path)[0]
+    assert isinstance(module, ast.Module)
+    for node in module.body:
         if isinstance(node, ast.FunctionDef) and not node.decorator_list:
             yield node.name
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]

@@ -55,7 +55,7 @@ def test_docstrings_begin_with_a_verb_or_a_noun() -> None:
 
 
 def test_docstrings_have_sections_of_numpy_style() -> None:
-    """Of these, ruff checks the form."""
+    """Their form is checked by ruff."""
     of_google = re.compile(r"^\s*(Args|Returns|Raises|Yields|Attributes):$", re.MULTILINE)
     assert [place for place, text in docstrings() if of_google.search(text)] == []
 

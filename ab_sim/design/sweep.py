@@ -135,7 +135,7 @@ class Sweep(Presented):
         Parameters
         ----------
         units
-            Such as ``"rpm, g mm, deg"``.
+            Units separated by commas, e.g. ``"rpm, g mm, deg"``.
 
         Raises
         ------

@@ -307,7 +307,7 @@ def _validated(
 ) -> tuple[HeldOut, list[RecordingFit]]:
     """Evaluate a fit on other recordings.
 
-    Of these, only the recordings' own parameters are fitted: once with the common parameters of the
+    Only the parameters of each recording are fitted: once with the common parameters of the
     original scene, and once with the fitted ones in ``values``.
 
     Returns

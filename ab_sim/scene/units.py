@@ -120,7 +120,7 @@ def in_si(text: str, unit: str) -> float:
     Parameters
     ----------
     text
-        Such as ``2500 rpm``, ``0.3 g cm``, ``1 N/mm``, ``70 ug_0/sqrt(Hz)``.
+        Number with a unit, e.g. ``2500 rpm``, ``0.3 g cm``, ``1 N/mm``, ``70 ug_0/sqrt(Hz)``.
     unit
         Unit of the key, e.g. ``rad/s``; "1" or "-" if it has none.
 
@@ -174,7 +174,7 @@ def _si_unit(written: str) -> str | None:
     Parameters
     ----------
     written
-        Such as ``rpm``, ``g mm``.
+        Unit as users write it, e.g. ``rpm`` or ``g mm``.
 
     Raises
     ------

@@ -137,7 +137,7 @@ def found_states(system: System, speed: float) -> list[RestingState]:
 def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[RestingState]:
     """Return states labelled by their patterns, with eigenvalues.
 
-    Of several states of one continuum, the first, the worst and the best are returned.
+    States of one continuum are represented by the first, the worst and the best.
 
     Parameters
     ----------

@@ -123,16 +123,18 @@ class _Equations:
         # Cauchy products: the unknown b_k is multiplied by a_0 only, so all other terms go to the
         # right-hand side and the matrix is that of order 0.
         force: list[Number] = []
-        ahead = series.without(self._path, k)
         for moment, rate in zip(self._moment, self._moment_rate, strict=True):
             series.give(rate, k, series.change(moment, k))
+        known_moments: list[Expression] = []
+        if self._moment:
+            ahead = series.without(self._path, k)
+            known_moments = [ahead.coefficient(moment, k + 2) for moment in self._moment]
         for r, row in enumerate(self._block):
             total = of(self._force[r], k)
             for entry, x in zip(row, self._x, strict=True):
                 total = total - without_unknown(entry, x)
-            if self._moment:
-                known_part = ahead.coefficient(self._moment[r], k + 2)
-                total = total - float((k + 2) * (k + 1)) * known_part
+            if known_moments:
+                total = total - float((k + 2) * (k + 1)) * known_moments[r]
             else:
                 total = total + over_balls(
                     model.count, without_unknown(self._coupling[r], self._path)
