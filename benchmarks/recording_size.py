@@ -25,12 +25,12 @@ from ab_sim.scene import Scene, load_scene  # noqa: E402
 
 SCENE = "thesis-hold"
 WAYS = {
-    "recorder, watched: batches of 0.1 s": (100, True, False),
-    "recorder, nobody watches": (100, False, False),
-    "recorder of a drive at 5 kHz, watched": (500, True, False),
-    "offline: all at once": (5000, True, True),
+    "recorder, watched: batches of 0.1 s": (100, True),
+    "recorder, nobody watches": (100, False),
+    "recorder of a drive at 5 kHz, watched": (500, True),
+    "offline: all at once": (5000, True),
 }
-"""Rows per batch, whether each batch has pictures, and whether the file has an index."""
+"""Rows per batch, and whether each batch has pictures."""
 
 
 def growth(
@@ -39,12 +39,11 @@ def growth(
     scene: Scene,
     rows: int,
     pictures: bool,
-    index: bool,
 ) -> tuple[float, int]:
     """Return the bytes that each sample adds, and the bytes that do not grow."""  # fmt: skip
     channels, samples = run
     begun, first = 0, 5000
-    with Recording(path, description=describe(scene), index=index) as recording:
+    with Recording(path, description=describe(scene)) as recording:
         for start in range(0, len(samples), rows):
             recording.block(channels, samples[start : start + rows])
             recording.flush(pictures=pictures)

@@ -312,9 +312,7 @@ class RecordedFiles:
         with contextlib.suppress(OSError):  # the next statement reports the error
             path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            self._recording = Recording(
-                path, description=self._description, index=False, **self._decimated
-            )
+            self._recording = Recording(path, description=self._description, **self._decimated)
         except RecordingError as error:
             self._complain(str(error))
             return
@@ -333,7 +331,7 @@ class RecordedFiles:
         assert self._description is not None
         path = self._shown_folder / name
         try:
-            recording = Recording(path, description=self._description, index=False, is_shown=True)
+            recording = Recording(path, description=self._description, is_shown=True)
             if channels := self._description.get("channels"):
                 recording.lay_out(channels, _SCALARS)
         except RecordingError as error:

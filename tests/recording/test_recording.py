@@ -158,13 +158,12 @@ def test_rows_are_collected_and_sent_together(tmp_path: Path) -> None:
         assert recording.rows == recording.rows_written == BATCH_ROWS
 
 
-@pytest.mark.filterwarnings("ignore:RRD file has no footer")
 def test_what_is_sent_and_kept_does_not_grow_with_the_messages(tmp_path: Path) -> None:
     """100,000 messages in 20 batches, as a recorder writes them: Rerun is sent, and keeps, few."""
     batches, notes, path = 20, 2500, tmp_path / "run.rrd"
     names, samples = run(batches * 200)
     times = np.linspace(0.0, 1.0, notes)
-    with Recording(path, description=describe(), index=False) as recording:
+    with Recording(path, description=describe()) as recording:
         for batch in np.split(samples, batches):
             recording.block(names, batch)
             for time in times:
@@ -180,12 +179,11 @@ def test_what_is_sent_and_kept_does_not_grow_with_the_messages(tmp_path: Path) -
     assert not check_for_rrd_footer(path), "an index would have been kept in memory"
 
 
-@pytest.mark.filterwarnings("ignore:RRD file has no footer")
 def test_an_index_can_be_added_afterwards(tmp_path: Path) -> None:
     """By Rerun's own tool, as the documentation says; with it, its check of a file passes."""
     names, samples = run(500)
     bare, indexed = tmp_path / "run.rrd", tmp_path / "indexed.rrd"
-    with Recording(bare, description=describe(), index=False) as recording:
+    with Recording(bare, description=describe()) as recording:
         recording.block(names, samples)
         recording.scalar("real_time_factor", 0.1, 1.0)
     rerun = [str(Path(rerun_cli.__file__).with_name("rerun")), "rrd"]

@@ -35,7 +35,7 @@ def test_bytes_that_each_sample_adds(
 ) -> None:
     path, sizes = tmp_path / "run.rrd", []
     told = describe(load_scene("thesis-hold"))
-    with Recording(path, description=told, index=False) as recording:
+    with Recording(path, description=told) as recording:
         for start in range(0, ROWS, batch):
             recording.block(run.channels, run.samples[start : start + batch])
             recording.flush(pictures=pictures)
@@ -52,7 +52,7 @@ def test_pictures_that_wait_come_in_the_end(run: Trajectory, tmp_path: Path) -> 
     told, frames = describe(load_scene("thesis-hold")), []
     for pictures in (False, True):
         path = tmp_path / f"{pictures}.rrd"
-        with Recording(path, description=told, index=False) as recording:
+        with Recording(path, description=told) as recording:
             for start in range(0, ROWS, 100):
                 recording.block(run.channels, run.samples[start : start + 100])
                 recording.flush(pictures=pictures)

@@ -32,7 +32,7 @@ class Growing:
 
     def __init__(self, path: Path) -> None:
         self.path, self.rows = path, 0
-        self._recording = Recording(path, description=describe(), index=False)
+        self._recording = Recording(path, description=describe())
 
     def grow(self, rows: int = 100) -> None:
         self._recording.block(NAMES, SAMPLES[self.rows : self.rows + rows])

@@ -182,9 +182,7 @@ class BagConverter(IgnoredMessages):
         if self._is_decimated:
             every, around = self._left_out[0, 3:].tolist()
             rule = {"every": int(every), "around": around, "decimated": True}
-        self._recording = Recording(
-            path, description=self._description, drawn=drawn, index=False, **rule
-        )
+        self._recording = Recording(path, description=self._description, drawn=drawn, **rule)
         pending, self._pending = self._pending, []
         for what, *noted in pending:
             self._put(what, *noted)
@@ -363,7 +361,7 @@ def _import_foreign(table: ForeignBag, bag: Bag, out: Path) -> ImportedBag:
     """Write the recording of a bag without blocks."""
     if not len(table.samples):
         raise RecordingError(f"{bag.path}: there is no message that can be used{table.summary}")
-    with Recording(out, description=table.description, drawn=table.drawn, index=False) as recording:
+    with Recording(out, description=table.description, drawn=table.drawn) as recording:
         for first in range(0, len(table.samples), _CHUNK):
             recording.block(table.channels, table.samples[first : first + _CHUNK])
     return ImportedBag(

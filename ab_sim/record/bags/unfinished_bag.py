@@ -50,7 +50,7 @@ def initial_metadata(file: Path, topics: Collection[Connection]) -> bytes:
 
 def is_unfinished(path: Path) -> bool:
     """Return whether a metadata file was written by ``initial_metadata``."""
-    return f"{_UNFINISHED}:" in path.read_text(errors="replace")
+    return f"{_UNFINISHED}:" in path.read_text(encoding="utf-8", errors="replace")
 
 
 def _topic(topic: Connection) -> dict[str, Any]:

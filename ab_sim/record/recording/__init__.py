@@ -40,18 +40,16 @@ entity                  contents                                             sho
 ``/closed``             number of samples, in a finished recording
 ======================  ===================================================  =================
 
-Sizes of files are in docs/howto/recordings.md. Timelines: ``sim_time`` and ``step``. A recording of
-unknown length has no index, so that recording takes no memory; ``rerun rrd verify`` reports that
-the index is missing, and ``rerun rrd optimize`` adds it. Writing and reading files sends no
+Sizes of files are in docs/howto/recordings.md. Timelines: ``sim_time`` and ``step``. Files have
+no index, so that recording takes no memory; ``rerun rrd verify`` reports that the index is missing,
+and ``rerun rrd optimize`` adds it. Writing and reading files sends no
 analytics; Rerun's viewer sends them, unless ``rerun analytics disable`` has been run once.
 """
 
 import os
 
-# Rerun reads these variables when it is imported. Without the first, it warns of each file that has
-# no index.
-os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
-# Rerun's allocator would keep freed pages for later use: 10 MB more in a recorder.
+# Rerun reads this variable when it is imported. Without it, Rerun's allocator would keep freed
+# pages for later use: 10 MB more in a recorder.
 os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
 from ab_sim.record.recording.decimation import AROUND  # noqa: E402

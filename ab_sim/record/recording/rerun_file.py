@@ -205,6 +205,17 @@ class RerunFile:
                 at = after
 
 
+def header_and_messages(encoded: bytes) -> tuple[memoryview, memoryview]:
+    """Return the header of a complete recording, and its messages without end mark and index."""
+    at = _HEADER
+    while at < len(encoded):
+        kind, length = _MESSAGE.unpack_from(encoded, at)
+        if kind == _END:
+            break
+        at += _MESSAGE.size + length
+    return memoryview(encoded)[:_HEADER], memoryview(encoded)[_HEADER:at]
+
+
 def _recording_in(message: bytes) -> str | None:
     """Return the recording's identifier in a message of kind `_STORE`; None for a blueprint."""
     return _name_of_recording(fields_of(fields_of(message)[2][0])[2][0])

@@ -27,7 +27,7 @@ from ab_sim.record.recording.layout import (
     layout_of,
     named_columns,
 )
-from ab_sim.record.recording.piped_file import FLUSH_SECONDS, PipedFile
+from ab_sim.record.recording.output_file import OutputFile
 from ab_sim.record.recording.signals import FrameRate
 from ab_sim.record.recording.vibration import Sent
 from ab_sim.record.recording.views import ALWAYS, PERIOD, DriveView, PlotsView
@@ -60,10 +60,6 @@ class Recording:
         ``eccentricity`` [m], ``balls`` (their number), ``ball_radii`` [m] (one per ball; None: a
         radius that fits), a motor in ``effects``, the names of ``sensors``, and for a deck in space
         ``deck`` as in `ab_sim.drive.description`.
-    index : bool
-        Whether the file ends with Rerun's index, for quick access to its parts. For the index,
-        Rerun keeps 1 to 2 kB in memory for each message, some 300 MB per hour for a drive at 1 kHz.
-        Recordings of unknown length should have no index; ``rerun rrd optimize`` can add it later.
     drawn : bool
         Whether there is a drawing. Without a drawing, description and channels need no data on the
         drive, and all channels are plotted.
@@ -99,7 +95,6 @@ class Recording:
         path: Path | str,
         *,
         description: Mapping[str, object],
-        index: bool = True,
         drawn: bool = True,
         every: int = 1,
         around: float = AROUND,
@@ -133,7 +128,7 @@ class Recording:
         text = description_text(description)
         self.id = str(uuid.uuid4())
         self._stream = rr.RecordingStream("ab_sim", recording_id=self.id)
-        self._file = PipedFile(self.path, self._stream, index)
+        self._file = OutputFile(self.path, self._stream)
         self._stream.send_recording_name(self.path.stem)
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
         for entity, archetype in self._view.statics():
@@ -279,9 +274,8 @@ class Recording:
             if slow:
                 self._send_derived(self._rows_without_slow_curves, self._view.slow_curves)
         try:
-            self._stream.flush(timeout_sec=FLUSH_SECONDS)
             self._file.sync()
-        except (RuntimeError, OSError) as error:
+        except OSError as error:
             raise self._fail(error) from error
         self.rows_written = self._sent
         if self.rows:
@@ -308,11 +302,11 @@ class Recording:
             self._send_layout()
         self._static(CLOSED, rr.AnyValues(rows=self.rows_written))
         self._closed = True
-        self._stream.disconnect()  # writes the index
         try:
-            self._file.close()
+            self._file.sync()
         except OSError as error:
             raise self._fail(error) from error
+        self._end()
 
     def _check_usable(self) -> None:
         """Raise the error of an earlier write again; refuse a closed recording."""
@@ -458,17 +452,20 @@ class Recording:
         """Send data that hold at all times."""
         rr.log(entity, archetype, static=True, recording=self._stream, strict=True)
 
-    def _fail(self, reason: Exception) -> RecordingError:
+    def _end(self) -> None:
+        """Free what Rerun has stored, and close the file."""
+        self._stream.disconnect()
+        self._file.close()
+
+    def _fail(self, reason: OSError) -> RecordingError:
         """End the recording after an error of the file, and return the error to raise."""
         if isinstance(reason, FileNotFoundError):
             self.rows_written = self.missing = 0
-        elif isinstance(reason, OSError):
+        else:
             self._file.cut()
-        # For other errors, the disk does not answer, and the next call would block.
-        if isinstance(reason, OSError):
-            self._stream.disconnect()
-            if not self.rows_written:
-                self._file.remove()
+        if not self.rows_written:
+            self._file.remove()
+        self._end()
         self._error = RecordingError(
             f"recording stopped: {self.path} contains {self.rows_written} of {self.rows} rows and "
             f"cannot be written any further: {reason}"
