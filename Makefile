@@ -104,6 +104,7 @@ lint: style types
 
 style: $(VENV)/dev.stamp
 	$(BIN)/ruff check
+	$(BIN)/ruff check --preview --select PLW1514  # encodings: only Linux and macOS have UTF-8 by default
 	$(BIN)/ruff format --check
 
 types: $(VENV)/dev.stamp

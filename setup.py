@@ -29,7 +29,9 @@ DOCS = [
 
 # The version is read from the source, because a build cannot import the package without NumPy.
 version = re.search(
-    r'^__version__ = "(.+)"$', Path(NAME, "base", "version.py").read_text(), re.MULTILINE
+    r'^__version__ = "(.+)"$',
+    Path(NAME, "base", "version.py").read_text(encoding="utf-8"),
+    re.MULTILINE,
 )
 assert version, f"{NAME}/base/version.py does not set __version__"
 

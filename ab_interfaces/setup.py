@@ -146,7 +146,8 @@ class Interfaces:
                     f'#include "{path.absolute()}"\n'
                     for path in sorted(sources)
                     if path.suffix == suffix and str(path) not in files
-                )
+                ),
+                encoding="utf-8",
             )
             files.append(str(unit))
         return sorted(files)

@@ -100,21 +100,25 @@ class Mutant(NamedTuple):
     def source(self) -> str:
         """Return the file's text with the change."""
         operator = get_operator(f"core/{self.operator}")()
-        changed = mutate_code(Path(self.path).read_text(), operator, self.occurrence)
+        changed = mutate_code(
+            Path(self.path).read_text(encoding="utf-8"), operator, self.occurrence
+        )
         assert changed is not None
         return changed
 
     def shown(self) -> str:
         """Return the changed line."""
         pairs = zip(
-            Path(self.path).read_text().splitlines(), self.source().splitlines(), strict=True
+            Path(self.path).read_text(encoding="utf-8").splitlines(),
+            self.source().splitlines(),
+            strict=True,
         )
         return next((new.strip() for old, new in pairs if old != new), "")
 
 
 def mutants_of(path: Path) -> Iterator[Mutant]:
     """Yield all mutants of a file."""
-    tree = get_ast(path.read_text())
+    tree = get_ast(path.read_text(encoding="utf-8"))
     for name in filter(OPERATORS.fullmatch, operator_names()):
         operator = get_operator(name)()
         places = (

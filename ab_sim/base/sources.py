@@ -184,7 +184,7 @@ def _process_start() -> float:
         import psutil
 
         return psutil.Process().create_time()
-    fields = status.read_text().rpartition(")")[2].split()
+    fields = status.read_text(encoding="utf-8").rpartition(")")[2].split()
     ticks = os.sysconf("SC_CLK_TCK")
     age = time.clock_gettime(time.CLOCK_BOOTTIME) - (float(fields[19]) + 1.0) / ticks
     return time.time() - age

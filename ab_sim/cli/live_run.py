@@ -405,7 +405,7 @@ class LiveRun:
 
     def _log_of(self, name: str) -> str:
         """Return the last lines of a node's output."""
-        text = (self._logs / f"{name}.log").read_text(errors="replace")
+        text = (self._logs / f"{name}.log").read_text(encoding="utf-8", errors="replace")
         return "\n".join(text.splitlines()[-15:])
 
     def _end(self) -> None:

@@ -170,7 +170,7 @@ def _sockets() -> dict[int, int] | None:
     try:
         first = BASE + PER_DOMAIN * _domain() + FIRST
         files = [file for file in _SOCKETS if file.exists()]
-        tables = [file.read_text() for file in files for _ in range(_READS)]
+        tables = [file.read_text(encoding="utf-8") for file in files for _ in range(_READS)]
     except (OSError, ValueError):
         return None
     bound = dict(_socket(line) for table in tables for line in table.splitlines()[1:])

@@ -101,7 +101,7 @@ def library(build: Build) -> ctypes.CDLL:
     """
     compiler()
     with tempfile.TemporaryDirectory(prefix="expert-") as folder:
-        Path(folder, "tableau.h").write_text(_tableau())
+        Path(folder, "tableau.h").write_text(_tableau(), encoding="utf-8")
         built = Path(folder, "expert.so")
         defined = {
             "BALLS": build.balls,

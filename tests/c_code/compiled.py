@@ -33,7 +33,7 @@ def compiled(sources: tuple[tuple[str, str], ...], *flags: str) -> ctypes.CDLL:
     """Compile a drive's files as C99 without warnings, once for all tests; return the library."""
     with TemporaryDirectory() as folder:
         for name, text in (*sources, ("glue.c", GLUE)):
-            Path(folder, name).write_text(text)
+            Path(folder, name).write_text(text, encoding="utf-8")
         words = ["cc", *(flags or STRICT), "-shared", "-fPIC", "drive.c", "glue.c"]
         made = subprocess.run(
             [*words, "-o", "drive.so", "-lm"], cwd=folder, capture_output=True, text=True

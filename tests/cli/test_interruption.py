@@ -58,7 +58,7 @@ class Program:
     def until_it_has_children(self, count: int) -> list[str]:
         """Wait until it has started so many processes; their numbers."""
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
-        while len(found := children.read_text().split()) < count:
+        while len(found := children.read_text(encoding="utf-8").split()) < count:
             assert self.process.poll() is None, self.process.communicate()
             with pytest.raises(subprocess.TimeoutExpired):
                 self.process.wait(timeout=0.05)

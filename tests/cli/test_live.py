@@ -159,7 +159,7 @@ def test_interrupted_before_anybody_watches(commands: list[Command], tmp_path: P
     commands.append(live)
     live.until("starts when the page is open")
     children = Path(f"/proc/{live.process.pid}/task/{live.process.pid}/children")
-    nodes = [Path("/proc", child) for child in children.read_text().split()]
+    nodes = [Path("/proc", child) for child in children.read_text(encoding="utf-8").split()]
     assert len(nodes) == 3
     assert live.end() == 130
     assert live.said.endswith("ab-sim: interrupted\n") and "Traceback" not in live.said

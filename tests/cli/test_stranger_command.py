@@ -93,7 +93,7 @@ def test_files_are_written_independently(tmp_path: Path) -> None:
         raise OSError(28, "the disk is full")
 
     def write(file: Path) -> None:
-        file.write_text("whole")
+        file.write_text("whole", encoding="utf-8")
 
     def shown() -> Iterator[str]:
         rows.append("shown")

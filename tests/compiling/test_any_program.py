@@ -147,7 +147,7 @@ serial = itertools.count()
 @given(programs(), numbers, numbers, st.integers(-99, 99), st.integers(-9, 9))
 def test_any_program(tmp_path_factory: Any, text: str, x: float, y: float, i: int, j: int) -> None:
     path: Path = tmp_path_factory.mktemp("program") / f"program_{next(serial)}.py"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)

@@ -121,7 +121,7 @@ def _ask(path: Path, address: str, answer: Path) -> None:
         with Cluster(address) as each:
             list(each.each(where, range(3)))
     except ClusterUnusable as refusal:
-        answer.write_text(str(refusal))
+        answer.write_text(str(refusal), encoding="utf-8")
 
 
 @pytest.mark.parametrize(

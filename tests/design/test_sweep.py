@@ -134,7 +134,7 @@ def test_where_nothing_can_be_kept_it_works_all_the_same(
     folder: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     folder.rmdir()
-    folder.write_text("a file where the folder was")
+    folder.write_text("a file where the folder was", encoding="utf-8")
     found = swept("thesis-hold", ("balls.mass=1 g,2 g",), None, *SMOOTH)
     assert len(found.table) == 2 and "cannot be stored there" in caplog.text
 

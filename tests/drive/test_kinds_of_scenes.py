@@ -72,7 +72,7 @@ def memory_after(kinds: Sequence[tuple[int, list[str]]], *, anew: bool = False) 
             code._codes.clear()
         drive_of(balls, "rk8", *effects).advance(1)
     gc.collect()
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
     return pages * resource.getpagesize() / 1e6
 
 

@@ -173,12 +173,12 @@ def test_what_is_not_there_is_refused(saved: tuple[Scene, Drive, Path], missing:
 
 def mutated(path: Path, change: Any) -> None:
     """Change the run in a file, with a digest that fits."""
-    content = json.loads(path.read_text())
+    content = json.loads(path.read_text(encoding="utf-8"))
     run = json.loads(content["run"])
     change(run["drive"])
     content["run"] = json.dumps(run)
     content["digest"] = sha256(content["run"].encode()).hexdigest()
-    path.write_text(json.dumps(content))
+    path.write_text(json.dumps(content), encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,7 @@ def write(table: Mapping[str, Any], path: Path) -> Path:
     """Write a table as CSV and return its path."""
     rows = zip(*table.values(), strict=True)
     text = [",".join(table), *(",".join(f"{cell}" for cell in row) for row in rows)]
-    path.write_text("\n".join(text) + "\n")
+    path.write_text("\n".join(text) + "\n", encoding="utf-8")
     return path
 
 

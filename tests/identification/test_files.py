@@ -132,7 +132,7 @@ def covariance(path: Path, values: list[list[float]]) -> Path:
         + [{"name": "gain of run", "per_recording": True}],
         "covariance": {"parameters": [*names, "gain of run"], "values": values},
     }
-    path.write_text(json.dumps(report))
+    path.write_text(json.dumps(report), encoding="utf-8")
     return path
 
 

@@ -38,7 +38,7 @@ def annotations(tree: ast.Module) -> Iterator[ast.expr]:
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_annotations_with_classes_of_rclpy_stay_text(file: Path) -> None:
-    tree = ast.parse(file.read_text())
+    tree = ast.parse(file.read_text(encoding="utf-8"))
     known = set(imports(tree, "rclpy"))
     subscripted = {
         node.value.id

@@ -125,7 +125,9 @@ def test_a_scheduler_s_workers_do_not_have_the_file(tmp_path: Path) -> None:
 
 def test_a_scene_cannot_load_a_file(tmp_path: Path) -> None:
     shutil.copy(FILE, tmp_path)
-    scene = f"load: [{FILE.name}]\n{Path('config/scenes/thesis-hold.yaml').read_text()}"
+    scene = (
+        f"load: [{FILE.name}]\n{Path('config/scenes/thesis-hold.yaml').read_text(encoding='utf-8')}"
+    )
     (tmp_path / "scene.yaml").write_text(scene)
     done = ab_sim("run", "scene.yaml", cwd=tmp_path)
     assert done.returncode == 2 and "load" in done.stderr

@@ -14,7 +14,7 @@ ORACLE = LITERATURE / "oracle.json"
 
 def oracle_cases(path: Path = ORACLE) -> dict[str, dict[str, Any]]:
     """Return all cases of the file by their id."""
-    return {case["id"]: case for case in json.loads(path.read_text())["cases"]}
+    return {case["id"]: case for case in json.loads(path.read_text(encoding="utf-8"))["cases"]}
 
 
 def oracle_params(case: dict[str, Any]) -> Params:

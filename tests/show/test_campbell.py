@@ -18,7 +18,7 @@ def texts_of(scene: Scene, file: Path) -> str:
     """The figure as SVG, with text as text, not as outlines."""
     with matplotlib.rc_context({"svg.fonttype": "none"}):
         save(drawn_campbell(vibration_of(scene)), file, 110)
-    return file.read_text()
+    return file.read_text(encoding="utf-8")
 
 
 SENSES = {

@@ -30,7 +30,7 @@ def texts_of(scene: Scene, file: Path, comparison: Comparison = ALONE) -> str:
     with matplotlib.rc_context({"svg.fonttype": "none"}):
         figure = drawn_run(run.trajectory, scene, comparison, run.variable_speed_period)
         save(figure, file, 120)
-    return file.read_text()
+    return file.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", ["thesis-hold", "no-ball", "one-ball", "nsc-case-1"])

@@ -350,7 +350,9 @@ def _least(variable: Variable) -> str:
 
 def _unsupported(text: str) -> Iterator[str]:
     """Yield a function that fails for each function of the standard that the text lacks."""
-    for name, arguments in _FUNCTION.findall((_HEADERS / _HEADER_NAMES[1]).read_text()):
+    for name, arguments in _FUNCTION.findall(
+        (_HEADERS / _HEADER_NAMES[1]).read_text(encoding="utf-8")
+    ):
         if f"\nfmi3Status {name}(" in text:
             continue
         parameters = [" ".join(one.split()) for one in arguments.split(",")]
@@ -377,7 +379,7 @@ def _binary(sources: dict[str, str]) -> bytes | None:
     with tempfile.TemporaryDirectory(prefix="ab_sim-fmu-") as name:
         folder = Path(name)
         for file, text in sources.items():
-            (folder / file).write_text(text, encoding="utf-8")
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
         for file in _HEADER_NAMES:
             (folder / file).write_bytes((_HEADERS / file).read_bytes())
         words = [compiler, *FLAGS, "drive.c", "fmu.c", "-o", "fmu.so", "-lm"]

@@ -402,7 +402,7 @@ def write_sources(sources: DriveSources, folder: Path, option: str) -> list[Path
         with ExitStack() as unfinished:
             for name, text in sources.files.items():
                 file = unfinished.enter_context(replacing(folder / name))
-                file.write_text(text, encoding="utf-8")
+                file.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise InputError(f"{option} {folder}: cannot be written: {error.strerror}") from error
     return [folder / name for name in sources.files]

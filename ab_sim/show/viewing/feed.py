@@ -103,7 +103,7 @@ class Started:
     def last_error(self) -> str:
         """Last error in the output; empty if there is none."""
         try:
-            lines = self._log.read_text(errors="replace").splitlines()
+            lines = self._log.read_text(encoding="utf-8", errors="replace").splitlines()
         except OSError:
             return ""
         errors = [line for line in lines if "ERROR" in line or line.startswith(("Error", "error"))]
