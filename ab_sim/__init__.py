@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ab_sim.api.design import robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.identification import identify
+    from ab_sim.api.registrations import temporary_registrations
     from ab_sim.api.resting import (
         branches,
         equilibria,
@@ -106,6 +107,7 @@ __all__ = [
     "size",
     "stability_map",
     "sweep",
+    "temporary_registrations",
     "tune",
     "write_c",
     "write_fmu",
@@ -120,6 +122,7 @@ _MODULES = {
     "api.design": ("robust", "sweep", "tune"),
     "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),
+    "api.registrations": ("temporary_registrations",),
     "api.resting": (
         "branches",
         "equilibria",

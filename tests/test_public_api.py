@@ -20,10 +20,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import ab_sim
-from ab_sim.analysis.metrics import metric
 from ab_sim.base.presentation import Presented
-from ab_sim.engine.integrate import registry as steppers
-from ab_sim.scene import registry as effects
+from ab_sim.scene.registry import effect_classes
 from tests.waiting import PATIENCE
 
 NAMES = [name for name in ab_sim.__all__ if name not in ("__version__", "results")]
@@ -34,12 +32,10 @@ SLOW = {
 
 
 @pytest.fixture(autouse=True)
-def registries(monkeypatch: pytest.MonkeyPatch) -> None:
+def registries() -> Iterator[None]:
     """Restore the registries after each test, so that examples do not affect other tests."""
-    monkeypatch.setattr(effects, "_effects", effects.effect_classes())
-    steppers.steppers()
-    monkeypatch.setattr(steppers, "_families", dict(steppers._families))
-    monkeypatch.setattr(metric, "_metrics", dict(metric._metrics))
+    with ab_sim.temporary_registrations():
+        yield
 
 
 def public(name: str) -> object:
@@ -321,7 +317,23 @@ def test_an_effect_may_be_registered_after_scenes_were_checked() -> None:
     scene = ab_sim.load_scene("thesis-hold", ["effects.pull.force=0.1", "duration=0.01"])
     assert ab_sim.simulate(scene).trajectory["x"][-1] < 0.0
     with pytest.raises(ValueError, match="registered twice"):
-        ab_sim.register_effect("suspension", equation="", source="")(Pull)
+        ab_sim.register_effect("pull", equation="", source="")(Pull)
+
+
+def test_temporary_registrations_are_forgotten() -> None:
+    """A notebook's cell can run again, also after an error."""
+
+    class Pull(typing.NamedTuple):
+        force: float = 0.0
+
+    for _ in range(2):
+        with pytest.raises(ZeroDivisionError), ab_sim.temporary_registrations():
+            ab_sim.register_effect("pull", equation="f = -c", source="this test")(Pull)
+            ab_sim.register_metric("pull", meaning="none")(SimpleNamespace)  # type: ignore[type-var]
+            ab_sim.register_stepper("pull", 1, "Euler", rows=[], weights=[1.0])
+            assert "pull" in effect_classes()
+            1 / 0  # noqa: B018
+    assert "suspension" in effect_classes() and "pull" not in effect_classes()
 
 
 def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
@@ -335,7 +347,7 @@ def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
 
     with pytest.raises(ValueError, match="'deck_froce' .* mean 'deck_f"):
         ab_sim.register_effect("push", equation="", source="")(Push)
-    assert "push" not in effects.effect_classes()
+    assert "push" not in effect_classes()
 
     class Bare:
         force: float = 1.0

@@ -17,7 +17,7 @@ from ab_sim.base.registries import REGISTRIES
 from tests.trees import nodes
 
 ORDER = (
-    ("base.errors", "base.registries", "base.version"),
+    ("base.errors", "base.named_entries", "base.registries", "base.version"),
     (
         "base.files",
         "base.interruption",

@@ -1,4 +1,4 @@
-"""Registry of the effects that a scene may name.
+"""NamedEntries of the effects that a scene may name.
 
 An effect is a ``NamedTuple`` class. Its fields are its parameters (each a checked number with
 meaning and unit), its docstring states its purpose and source, and its methods are its physics (see
@@ -15,12 +15,14 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
+from ab_sim.base.named_entries import NamedEntries
 from ab_sim.base.plug_ins import load_installed
 from ab_sim.base.registries import registry
 
 EffectClass = TypeVar("EffectClass", bound=type[Any])
 
-_effects: dict[str, type[Any]] = {}
+EFFECTS = NamedEntries[type[Any]]("effect")
+"""Registered effects; ``effect_classes`` registers those of the package and of plug-ins first."""
 
 
 def register(
@@ -50,19 +52,17 @@ def register(
     """
 
     def add(effect: EffectClass) -> EffectClass:
-        if name in _effects:
-            raise ValueError(f"effect {name!r} is registered twice")
-        for other, other_class in _effects.items():
+        for other, other_class in EFFECTS.items():
             # Error messages name an effect by its class, so equal names would be ambiguous.
-            if other_class.__name__ == effect.__name__:
+            if other != name and other_class.__name__ == effect.__name__:
                 raise ValueError(
                     f"effect {name!r}: its class is called {effect.__name__}, as that of the "
                     f"effect {other!r} is; give it a unique name"
                 )
+        EFFECTS.add(name, effect)
         effect.equation = equation
         effect.source = source
         effect.uses_ball_radius = uses_ball_radius
-        _effects[name] = effect
         return effect
 
     return add
@@ -72,7 +72,7 @@ def effect_classes() -> dict[str, type[Any]]:
     """Return all registered effects, in the order of registration."""
     registry("effects")  # registers them on import
     load_installed()
-    return dict(_effects)
+    return dict(EFFECTS)
 
 
 def effect_parameters(effect: type[Any]) -> dict[str, dict[str, Any]]:

@@ -1,14 +1,15 @@
 """What the gallery's scripts leave: figures, which are shown, and effects, which are forgotten."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from ab_sim.scene import registry
+import ab_sim
 
-_OURS = dict(registry.effect_classes())
+_registrations = ExitStack()
 
 
 def figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
@@ -32,7 +33,8 @@ def figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
 
 def forget_effects(gallery_conf: dict[str, Any], script: Any) -> None:
     """Scripts run in the process that makes the pages: what one registers is in none of them."""
-    registry._effects = dict(_OURS)
+    _registrations.close()
+    _registrations.enter_context(ab_sim.temporary_registrations())
 
 
 def examples() -> Iterator[str]:

@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 import ab_sim
 from ab_sim.analysis import Metrics, metrics_of, metrics_of_blocks
-from ab_sim.analysis.metrics import metric as registry
 from ab_sim.analysis.metrics import passes_of
 from ab_sim.cli.app import app
 from ab_sim.scene import Scene
@@ -40,15 +39,13 @@ class LargestAcceleration:
 @pytest.fixture(autouse=True)
 def registered() -> Iterator[None]:
     """Known while a test runs."""
-    before = dict(registry._metrics)
-    add = ab_sim.register_metric(
-        KEY, unit="m/s^2", label="largest a", meaning="the deck's, in the end",
-        last_stretch=True, better="smaller",
-    )  # fmt: skip
-    assert add(LargestAcceleration) is LargestAcceleration
-    yield
-    registry._metrics.clear()
-    registry._metrics.update(before)
+    with ab_sim.temporary_registrations():
+        add = ab_sim.register_metric(
+            KEY, unit="m/s^2", label="largest a", meaning="the deck's, in the end",
+            last_stretch=True, better="smaller",
+        )  # fmt: skip
+        assert add(LargestAcceleration) is LargestAcceleration
+        yield
 
 
 def largest(run: ab_sim.Trajectory) -> float:

@@ -7,14 +7,15 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
+import ab_sim
 from ab_sim.base.errors import DivergedError, InputError, SceneError
 from ab_sim.design.batch import simulate_batch
 from ab_sim.design.batch.simulate import varied
 from ab_sim.drive import Drive
 from ab_sim.model.equations.motion import DeckMotion
-from ab_sim.scene import Scene, load, registry
+from ab_sim.scene import Scene
 from ab_sim.scene.quantities import Count, Number, quantity
-from ab_sim.scene.registry import effect_classes, register
+from ab_sim.scene.registry import register
 from ab_sim.tracing import where
 
 HOLD = {
@@ -152,13 +153,11 @@ class Bumper(NamedTuple):
 
 
 @pytest.fixture
-def more_effects(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(registry, "_effects", effect_classes())
-    for name, effect in (("magnets", Magnets), ("bumper", Bumper)):
-        register(name, equation="f = -k u", source="this test")(effect)
-    load._effects_model.cache_clear()
-    yield
-    load._effects_model.cache_clear()
+def more_effects() -> Iterator[None]:
+    with ab_sim.temporary_registrations():
+        for name, effect in (("magnets", Magnets), ("bumper", Bumper)):
+            register(name, equation="f = -k u", source="this test")(effect)
+        yield
 
 
 def test_counts_and_choices_of_effects_may_vary(scene: Any, more_effects: None) -> None:

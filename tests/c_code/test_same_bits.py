@@ -11,7 +11,6 @@ from ab_sim.drive import Drive
 from ab_sim.engine.stepping.fixed_step import ANGLE
 from ab_sim.model.dynamics.assemble import MOST_ANGLE
 from ab_sim.scene import Scene, load_scene
-from ab_sim.scene import registry as effects
 from tests.c_code.compiled import DIVERGED, OK, REFUSED, InC, needs_compiler
 
 pytestmark = needs_compiler
@@ -125,10 +124,7 @@ def test_parameters_change_while_it_runs() -> None:
     assert same(in_c.rows(100), softer.advance(100).samples[:, ANGLE:])
 
 
-def test_an_effect_of_one_s_own_comes_along(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(effects, "_effects", effects.effect_classes())
-
-    @ab_sim.register_effect("air-drag", equation="f = -c |v| v", source="this test")
+def test_an_effect_of_one_s_own_comes_along() -> None:
     class AirDrag(NamedTuple):
         coefficient: float
 
@@ -137,7 +133,9 @@ def test_an_effect_of_one_s_own_comes_along(monkeypatch: pytest.MonkeyPatch) -> 
             return -size * deck.vx, -size * deck.vy
 
     changes = [SMOOTH, "effects.air-drag.coefficient=20.0", "start.deck.velocity=[0.1, 0.0]"]
-    scene = load_scene("thesis-hold", changes)
+    with ab_sim.temporary_registrations():
+        ab_sim.register_effect("air-drag", equation="f = -c |v| v", source="this test")(AirDrag)
+        scene = load_scene("thesis-hold", changes)
     drive, in_c = Drive(scene), InC(scene)
     assert "air-drag: f = -c |v| v (this test)" in in_c.sources.files["drive.c"]
     assert same(in_c.rows(200), drive.advance(200).samples[:, ANGLE:])

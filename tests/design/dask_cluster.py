@@ -9,7 +9,6 @@ from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 from types import TracebackType
 
-from ab_sim.engine.kernels import code
 from tests.forked import forked
 
 IDLE = {
@@ -136,7 +135,6 @@ def _run(
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(log.parent)
-    code._codes.clear()  # the environment may limit the processor's features
     if path is not None:
         sys.path.insert(0, str(path))
     if without:

@@ -6,7 +6,6 @@ import resource
 import subprocess
 import sys
 import weakref
-from collections import OrderedDict
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +13,8 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.engine.kernels import code
+from ab_sim.engine.kernels.code import code_of
+from ab_sim.model.spindle.schedule import Ramp
 from ab_sim.scene import load_scene
 
 
@@ -28,15 +29,15 @@ def drive_of(balls: int, stepper: str, *further: str) -> Drive:
 def test_a_drive_goes_on_when_its_kind_is_forgotten(
     monkeypatch: pytest.MonkeyPatch, stepper: str
 ) -> None:
-    monkeypatch.setattr(code, "_codes", OrderedDict())
     monkeypatch.setattr(code, "KINDS", 2)
     one, other = drive_of(2, stepper), drive_of(2, stepper)
+    first_code = code_of(one.system, Ramp)
     whole = other.advance(40).samples.tobytes()
     first = one.advance(20).samples.tobytes()
     for balls in (1, 3):
         drive_of(balls, stepper).advance(1)
         gc.collect()
-    assert len(code._codes) == 2
+    assert code_of(one.system, Ramp) is not first_code
     assert first + one.advance(20).samples.tobytes() == whole
 
 
@@ -44,12 +45,12 @@ def test_a_drive_goes_on_when_its_kind_is_forgotten(
 def test_a_forgotten_kind_that_nothing_runs_is_freed(
     monkeypatch: pytest.MonkeyPatch, stepper: str
 ) -> None:
-    monkeypatch.setattr(code, "_codes", OrderedDict())
     monkeypatch.setattr(code, "KINDS", 1)
     drive = drive_of(2, stepper)
-    (kept,) = map(weakref.ref, code._codes.values())
+    drive.advance(1)
+    kept = weakref.ref(code_of(drive.system, Ramp))
     del drive
-    drive_of(3, stepper)
+    drive_of(3, stepper).advance(1)
     gc.collect()
     assert kept() is None
 
@@ -60,16 +61,16 @@ AGAIN = 20
 
 
 def memory() -> list[float]:
-    """Of this process [MB]: with one kind, after it was made ``AGAIN``, and with ``KINDS``, too."""
+    """Return this process' memory [MB]: of one kind, after ``AGAIN``, and of ``KINDS``."""
     # Where it hangs is found by SciPy, which is imported then.
-    code.KINDS, one = 1 + len(KINDS), (9, EFFECTS[1])
-    return [memory_after([one]), memory_after(AGAIN * [one], anew=True), memory_after(KINDS)]
+    code.KINDS, two = 1, [(9, EFFECTS[1]), (8, EFFECTS[1])]
+    first, again = memory_after(two), memory_after(AGAIN // 2 * two)
+    code.KINDS = 1 + len(KINDS)
+    return [first, again, memory_after(KINDS)]
 
 
-def memory_after(kinds: Sequence[tuple[int, list[str]]], *, anew: bool = False) -> float:
+def memory_after(kinds: Sequence[tuple[int, list[str]]]) -> float:
     for balls, effects in kinds:
-        if anew:
-            code._codes.clear()
         drive_of(balls, "rk8", *effects).advance(1)
     gc.collect()
     pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])

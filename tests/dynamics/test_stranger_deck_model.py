@@ -22,13 +22,11 @@ from ab_sim.cli.app import app
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.engine.stepping.fixed_step import ANGLE
-from ab_sim.model.dynamics import registry
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.model.dynamics.registry import (
     IN_SPACE,
     PLANAR,
     DeckFromScene,
-    deck_models,
     register_deck_model,
 )
 from ab_sim.model.dynamics.system import System
@@ -131,11 +129,9 @@ def yields(system: System) -> list[np.ndarray]:
 @pytest.fixture(autouse=True)
 def registered() -> Iterator[None]:
     """Known while a test runs."""
-    before = deck_models()
-    register_deck_model(NAME, OnFixedAxes, DeckFromScene(make, start, yields))
-    yield
-    registry._deck_models.clear()
-    registry._deck_models.update(before)
+    with ab_sim.temporary_registrations():
+        register_deck_model(NAME, OnFixedAxes, DeckFromScene(make, start, yields))
+        yield
 
 
 def test_the_same_drive_on_axes_that_do_not_turn() -> None:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from ab_sim.scene import registry
+import ab_sim
 from ab_sim.scene.registry import effect_classes, register
 from tests.effects.parts import PART_NAMES, FiveParts, Run, lacking, parts_of
 
@@ -23,14 +23,14 @@ def test_every_registered_effect_has_its_five_parts() -> None:
 
 
 @pytest.fixture
-def dummy(monkeypatch: Any) -> Iterator[str]:
-    monkeypatch.setattr(registry, "_effects", effect_classes())
+def dummy() -> Iterator[str]:
+    with ab_sim.temporary_registrations():
 
-    @register("dummy", equation="0 = 0", source="this test")
-    class Dummy(NamedTuple):
-        """Nothing."""
+        @register("dummy", equation="0 = 0", source="this test")
+        class Dummy(NamedTuple):
+            """Nothing."""
 
-    yield "dummy"
+        yield "dummy"
 
 
 def test_an_effect_without_a_file_is_found(dummy: str) -> None:

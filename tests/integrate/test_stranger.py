@@ -1,15 +1,13 @@
 """A stepper of a stranger's own: all of it is in this file, and no file of the package knows it."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import ab_sim
 from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.engine.integrate import registry
-from ab_sim.engine.integrate.explicit import explicit
 from ab_sim.engine.integrate.registry import steppers
 from ab_sim.scene import load_scene
 
@@ -17,13 +15,12 @@ NAME = "midpoint"
 
 
 @pytest.fixture(autouse=True)
-def registered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def registered() -> Iterator[None]:
     """Known while a test runs."""
     assert NAME not in steppers()
-    monkeypatch.setattr(registry, "_families", dict(registry._families))
-    midpoint = explicit(NAME, 2, "Runge (1895)", rows=[[0.5]], weights=[0.0, 1.0])
-    registry.register(replace(midpoint, priced=False))
-    yield
+    with ab_sim.temporary_registrations():
+        ab_sim.register_stepper(NAME, 2, "Runge (1895)", rows=[[0.5]], weights=[0.0, 1.0])
+        yield
 
 
 def angles(stepper: str, step: float) -> np.ndarray:

@@ -7,12 +7,13 @@ from typing import Annotated, Any, NamedTuple
 import pytest
 from pydantic import TypeAdapter
 
+import ab_sim
 from ab_sim.base.errors import AbSimError, InputError, SceneError
 from ab_sim.cli.lists import print_effects
 from ab_sim.cli.scene_commands import EffectsOptions
 from ab_sim.engine.integrate.choose import choose_stepper
 from ab_sim.model.dynamics.assemble import system_of
-from ab_sim.scene import Scene, check_scene, load, load_scene, registry
+from ab_sim.scene import Scene, check_scene, load_scene
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, effect_parameters, register
 
@@ -32,13 +33,11 @@ class Magnets(NamedTuple):
 
 
 @pytest.fixture
-def magnets(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def magnets() -> Iterator[None]:
     """An effect all of whose parameters have defaults, and which refuses scenes without drag."""
-    monkeypatch.setattr(registry, "_effects", effect_classes())
-    register("magnets", equation="F = B", source="nowhere (1)")(Magnets)
-    load._effects_model.cache_clear()
-    yield
-    load._effects_model.cache_clear()
+    with ab_sim.temporary_registrations():
+        register("magnets", equation="F = B", source="nowhere (1)")(Magnets)
+        yield
 
 
 def with_effects(scene: Any, *more: Any) -> Scene:
@@ -166,19 +165,13 @@ def test_two_effects_whose_classes_have_one_name_are_refused(magnets: None) -> N
         ("ball_drag", math.inf, "race's drag .* finite.*Rough"),
     ],
 )
-def test_what_an_effect_returns_is_checked(
-    scene: Any, hook: str, gives: Any, words: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_an_effect_returns_is_checked(scene: Any, hook: str, gives: Any, words: str) -> None:
     class Rough(NamedTuple):
         """Returns what it should not."""
 
     setattr(Rough, hook, lambda *_: gives)
-    monkeypatch.setattr(registry, "_effects", effect_classes())
-    register("rough", equation="f = ?", source="nowhere")(Rough)
-    load._effects_model.cache_clear()
-    try:
+    with ab_sim.temporary_registrations():
+        register("rough", equation="f = ?", source="nowhere")(Rough)
         rough = with_effects(scene, "rough")
         with pytest.raises(AbSimError, match=words):
             choose_stepper(rough, system_of(rough))
-    finally:
-        load._effects_model.cache_clear()

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import pytest
 import yaml
 
+import ab_sim
 from ab_sim.base.errors import InputError, SceneError
 from ab_sim.engine.integrate.registry import stepper_named, steppers
-from ab_sim.scene import check_scene, find_scene, registry, scene_names
+from ab_sim.scene import check_scene, find_scene, scene_names
 from ab_sim.scene.keys import SceneKey, scene_keys
 from ab_sim.scene.load import read_mapping
 from ab_sim.scene.registry import effect_classes, register
@@ -309,11 +310,10 @@ def test_a_section_that_is_none_gets_close_matches(section: str, words: str) -> 
     assert "\n" not in str(caught.value)
 
 
-def test_an_effect_of_ones_own_is_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "_effects", effect_classes())
-
+def test_an_effect_of_ones_own_is_listed() -> None:
     class Hum(NamedTuple):
         """Hums along."""
 
-    register("hum", equation="F = 0", source="nowhere")(Hum)
-    assert scene_keys("effects.hum") == [SceneKey("effects.hum", "-", "-", "-", "Hums along.")]
+    with ab_sim.temporary_registrations():
+        register("hum", equation="F = 0", source="nowhere")(Hum)
+        assert scene_keys("effects.hum") == [SceneKey("effects.hum", "-", "-", "-", "Hums along.")]

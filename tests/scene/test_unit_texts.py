@@ -16,11 +16,11 @@ from jsonschema import Draft202012Validator
 
 import ab_sim
 from ab_sim.base.errors import SceneError
-from ab_sim.scene import check_scene, find_scene, load_scene, registry, scene_names
+from ab_sim.scene import check_scene, find_scene, load_scene, scene_names
 from ab_sim.scene.keys import ENTRY, NAME, scene_keys, unit_at, without_units
 from ab_sim.scene.load import changed_scene, load_profile, read_mapping
 from ab_sim.scene.quantities import Number, quantity
-from ab_sim.scene.registry import effect_classes, register
+from ab_sim.scene.registry import register
 from ab_sim.scene.schema import scene_schema
 from ab_sim.scene.units import NO_UNIT
 from tests.conftest import THESIS, merge
@@ -193,8 +193,7 @@ def test_all_that_is_wrong_is_told_together() -> None:
     assert radius.startswith("test: race.radius = '1 g': is a mass [kg], must be a length [m]")
 
 
-def test_an_effect_of_ones_own_takes_its_units(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "_effects", effect_classes())
+def test_an_effect_of_ones_own_takes_its_units() -> None:
     assert unit_at(("effects", "heater", "power")) == "-"
 
     class Heater(NamedTuple):
@@ -203,16 +202,17 @@ def test_an_effect_of_ones_own_takes_its_units(monkeypatch: pytest.MonkeyPatch) 
         power: Annotated[Number, quantity("how much", "W")]
         wobble: Annotated[Number, quantity("in a unit of its own", "wobble")] = 0.0
 
-    register("heater", equation="P = P", source="nowhere")(Heater)
-    raw = merge(THESIS, {"effects": {"heater": {"power": "5 mW"}}})
-    assert check_scene(raw, "test").effects["heater"] == Heater(0.005)
-    for parameters, said in (
-        ({"power": "5 g"}, "power = '5 g': is a mass [kg], must be in [W], e.g. 0.5 W; how much"),
-        ({"power": 1, "wobble": "1 wobble"}, "must be a number in wobble, written without unit"),
-    ):
-        with pytest.raises(SceneError) as caught:
-            check_scene(merge(THESIS, {"effects": {"heater": parameters}}), "test")
-        assert said in str(caught.value)
+    with ab_sim.temporary_registrations():
+        register("heater", equation="P = P", source="nowhere")(Heater)
+        raw = merge(THESIS, {"effects": {"heater": {"power": "5 mW"}}})
+        assert check_scene(raw, "test").effects["heater"] == Heater(0.005)
+        for parameters, said in (
+            ({"power": "5 g"}, "power = '5 g': is a mass [kg], must be in [W], e.g. 0.5 W; how"),
+            ({"power": 1, "wobble": "1 wobble"}, "must be a number in wobble, written without"),
+        ):
+            with pytest.raises(SceneError) as caught:
+                check_scene(merge(THESIS, {"effects": {"heater": parameters}}), "test")
+            assert said in str(caught.value)
 
 
 def test_texts_that_are_no_numbers_stay() -> None:

@@ -1,12 +1,13 @@
 """Runs by Taylor steps: their error, what they depend on, and what is refused; their series."""
 
 import itertools
-from collections import OrderedDict
+from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
 
+import ab_sim
 from ab_sim.base.errors import DivergedError, SceneError
 from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
@@ -20,9 +21,9 @@ from ab_sim.engine.taylor.clock import BEGIN, CLOCK, END, LONGEST, UNTIL
 from ab_sim.model.dynamics.assemble import active_segment
 from ab_sim.model.equations.motion import ActiveSegment, DeckMotion
 from ab_sim.model.spindle.schedule import Ramp
-from ab_sim.scene import Scene, load_scene, registry
+from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.quantities import Number, quantity
-from ab_sim.scene.registry import effect_classes, register
+from ab_sim.scene.registry import register
 from tests.integrate.random_scenes import PLANTS, scene_at_random
 
 SMOOTH = ["effects.rolling_friction="]
@@ -189,11 +190,12 @@ class Rubber(NamedTuple):
 
 
 @pytest.fixture
-def strange(monkeypatch: pytest.MonkeyPatch) -> None:
+def strange() -> Iterator[None]:
     """Effects of these kinds are known."""
-    monkeypatch.setattr(registry, "_effects", effect_classes())
-    for kind in (Pump, Rubber):
-        register(kind.__name__.lower(), equation="f = f(u)", source="this test")(kind)
+    with ab_sim.temporary_registrations():
+        for kind in (Pump, Rubber):
+            register(kind.__name__.lower(), equation="f = f(u)", source="this test")(kind)
+        yield
 
 
 def test_what_goes_beyond_all_bounds_is_told_and_left_at_its_last_good_state(
@@ -244,7 +246,8 @@ def test_other_functions_of_the_same_kind_are_made_beside_its_own(
     taylor_first: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All of a kind's have one graph, and parameters of the profile are inputs of some."""
-    monkeypatch.setattr(code, "_codes", OrderedDict())
+    monkeypatch.setattr(code, "KINDS", 1)
+    by_taylor().advance(1)  # forgets other kinds
 
     def scene(stepper: str) -> Scene:
         own = ["duration=0.2", f"solver.stepper={stepper}", "profile.start_time=0.03"]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, NoReturn, TypeVar, c
 import numpy as np
 
 from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.named_entries import NamedEntries
 from ab_sim.base.plug_ins import load_installed
 from ab_sim.scene.model import Scene
 from ab_sim.scene.units import ShownUnit
@@ -268,7 +269,8 @@ class Metric(Generic[T]):
         return [self.as_reported(value, e) for value, e in pairs]
 
 
-_metrics: dict[str, Metric[Any]] = {}
+METRICS = NamedEntries[Metric[Any]]("metric")
+"""Registered metrics; ``reported_metrics`` registers those of plug-ins first."""
 
 
 def register(metric: Metric[T]) -> Metric[T]:
@@ -279,16 +281,14 @@ def register(metric: Metric[T]) -> Metric[T]:
     ValueError
         Another metric has the key.
     """
-    if metric.key in _metrics:
-        raise ValueError(f"metric {metric.key!r} is registered twice")
-    _metrics[metric.key] = metric
+    METRICS.add(metric.key, metric)
     return metric
 
 
 def reported_metrics() -> list[Metric[Any]]:
     """Return all metrics in reports, in their order."""
     load_installed()
-    return [metric for metric in _metrics.values() if metric.reported]
+    return [metric for metric in METRICS.values() if metric.reported]
 
 
 def described_metrics(name: str | None = None) -> list[MetricInWords]:
@@ -318,7 +318,7 @@ def metrics_named(keys: Iterable[str] | None) -> list[Metric[Any]]:
     """
     load_installed()
     if keys is None:
-        return list(_metrics.values())
+        return list(METRICS.values())
     if isinstance(keys, str):
         raise InputError(f"keys = {keys!r}: must be a list of names; write [{keys!r}]")
     return [_named(key) for key in keys]
@@ -332,9 +332,9 @@ def _named(key: str) -> Metric[Any]:
     InputError
         The key is unknown, or that of a ratio, which only ``ab-sim run`` computes.
     """
-    if key in _metrics:
-        return _metrics[key]
-    for metric in _metrics.values():
+    if key in METRICS:
+        return METRICS[key]
+    for metric in METRICS.values():
         if metric.relative is not None and metric.relative.key == key:
             raise InputError(
                 f"metric {key!r}: compares with a run without balls, which only `ab-sim run` "
@@ -402,7 +402,7 @@ class MetricValues:
     if not TYPE_CHECKING:  # a type checker would accept any attribute name
 
         def __getattr__(self, name: str) -> NoReturn:
-            hint = f"; write metrics[{name!r}]" if name in _metrics else ""
+            hint = f"; write metrics[{name!r}]" if name in METRICS else ""
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}{hint}")
 
     def report(self, eccentricity: float | None = None) -> dict[str, object]:

@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from ab_sim.base.errors import SceneError, exact, nearest
+from ab_sim.base.named_entries import NamedEntries
 from ab_sim.base.plug_ins import load_installed
 
 
@@ -88,7 +89,8 @@ class _Family(NamedTuple):
     parameters: Mapping[str, Parameter]
 
 
-_families: dict[str, _Family] = {}
+FAMILIES = NamedEntries[_Family]("stepper")
+"""Registered steppers; ``steppers`` registers those of the package and of plug-ins first."""
 
 
 def register(stepper: Stepper) -> Stepper:
@@ -105,13 +107,13 @@ def register_family(
     Raises
     ------
     ValueError
-        The name is taken.
+        The name is taken, or is ``auto``.
     """
 
     def add(make: Callable[..., Stepper]) -> Callable[..., Stepper]:
-        if name in _families or name == AUTO:
-            raise ValueError(f"stepper {name!r} is registered twice")
-        _families[name] = _Family(functools.cache(make), parameters)
+        if name == AUTO:
+            raise ValueError(f"stepper {name!r}: this name requests the automatic choice")
+        FAMILIES.add(name, _Family(functools.cache(make), parameters))
         return make
 
     return add
@@ -202,4 +204,4 @@ def _all_families() -> dict[str, _Family]:
     """Return all registered families by name, those of plug-ins included."""
     _import_all()
     # Sorted by name, as the order of registration depends on earlier imports.
-    return dict(sorted(_families.items()))
+    return dict(sorted(FAMILIES.items()))

@@ -2,6 +2,7 @@
 
 import ctypes
 import functools
+import os
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -22,7 +23,7 @@ from ab_sim.engine.kernels.runge_kutta import Extrapolation, Tableau, step_text
 from ab_sim.model.dynamics.system import System
 from ab_sim.tracing import Expression, Level, derivatives
 from ab_sim.tracing.llvm_text import Function, MemorySlot, module_text
-from ab_sim.tracing.machine_code import MachineCode
+from ab_sim.tracing.machine_code import LIMIT, MachineCode
 
 Other = TypeVar("Other")
 
@@ -130,16 +131,17 @@ _lock = threading.Lock()
 def code_of(system: System, segment: type[Any]) -> Code:
     """Return the code of a system's kind, the same object for systems that differ in numbers only.
 
-    The ``KINDS`` most recently used are cached. An address is valid only as long as its ``Code``
-    exists, so keep a reference to it.
+    The environment variable ``LIMIT`` is part of the kind. The ``KINDS`` most recently used are
+    cached. An address is valid only as long as its ``Code`` exists, so keep a reference to it.
     """
-    key = pattern(system), len(system.balls), bool(system.energy_balance), segment
+    kind = pattern(system), len(system.balls), bool(system.energy_balance), segment
+    key = *kind, os.environ.get(LIMIT)
     with _lock:
         if key not in _codes:
             _codes[key] = Code(system, segment)
-            if len(_codes) > KINDS:
-                _codes.popitem(last=False)
         _codes.move_to_end(key)
+        while len(_codes) > KINDS:
+            _codes.popitem(last=False)
         return _codes[key]
 
 

@@ -1,4 +1,4 @@
-"""Registry of the deck models that a scene can name, from the files in ``deck_models/``."""
+"""NamedEntries of the deck models that a scene can name, from the files in ``deck_models/``."""
 
 import functools
 import pkgutil
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from ab_sim.base.errors import SceneError
+from ab_sim.base.named_entries import NamedEntries
 from ab_sim.base.plug_ins import load_installed
 from ab_sim.model.dynamics.at_rest import Linearised
 from ab_sim.model.dynamics.system import System
@@ -57,7 +58,8 @@ class RegisteredDeckModel(NamedTuple):
     from_scene: DeckFromScene
 
 
-_deck_models: dict[str, RegisteredDeckModel] = {}
+DECK_MODELS = NamedEntries[RegisteredDeckModel]("deck model")
+"""Registered deck models; ``deck_models`` registers those of the package and of plug-ins first."""
 
 
 def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -> None:
@@ -68,25 +70,23 @@ def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -
     ValueError
         The name is taken, or the class is registered under another name.
     """
-    if name in _deck_models:
-        raise ValueError(f"deck model {name!r} is registered twice")
-    for other, deck_model in _deck_models.items():
-        if deck_model.kind is kind:
+    for other, deck_model in DECK_MODELS.items():
+        if other != name and deck_model.kind is kind:
             raise ValueError(f"deck model {name!r}: its class is that of {other!r}")
-    _deck_models[name] = RegisteredDeckModel(kind, from_scene)
+    DECK_MODELS.add(name, RegisteredDeckModel(kind, from_scene))
 
 
 def deck_models() -> dict[str, RegisteredDeckModel]:
     """Return all deck models by name."""
     _import_all()
-    return dict(sorted(_deck_models.items()))
+    return dict(sorted(DECK_MODELS.items()))
 
 
 def of_scene(scene: Scene) -> DeckFromScene:
     """Return the functions for the deck model that a checked scene names, or has by default."""
     name = scene.deck_model or (PLANAR if scene.deck is None else IN_SPACE)
     _import_all()
-    return _deck_models[name].from_scene
+    return DECK_MODELS[name].from_scene
 
 
 def of_system(system: System) -> DeckFromScene:
@@ -94,7 +94,7 @@ def of_system(system: System) -> DeckFromScene:
     kind = type(system.deck_model)
     _import_all()
     return next(
-        deck_model.from_scene for deck_model in _deck_models.values() if deck_model.kind is kind
+        deck_model.from_scene for deck_model in DECK_MODELS.values() if deck_model.kind is kind
     )
 
 
