@@ -27,6 +27,7 @@ ORDER = (
         "base.plug_ins",
         "base.presentation",
         "base.protobuf",
+        "base.sample_columns",
     ),
     ("base.sources", "base.workers", "base.yaml_files"),
     ("tracing", "control"),

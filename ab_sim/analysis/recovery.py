@@ -290,8 +290,8 @@ def settled_at(run: Trajectory, steady: float, band: float) -> float:
 
 def _rests(path: np.ndarray, band: float) -> bool:
     """Return whether the whirl in ``_KEPT`` samples stays in a band [m] over the last stretch."""
-    last = path[-last_stretch(len(path)) :]
-    return bool(np.ptp(np.hypot(last[:, 1], last[:, 2])) <= 2.0 * band)
+    last = Trajectory(_KEPT, path[-last_stretch(len(path)) :])
+    return bool(np.ptp(np.hypot(last["x"], last["y"])) <= 2.0 * band)
 
 
 DRAGS = (0.1, 0.2, 0.3, 0.4, 0.5)

@@ -150,7 +150,7 @@ def print_state(options: StateOptions) -> None:
     """
     recording = options.recording
     run = open_recording(recording)
-    first, last = run.extent.first[1], run.extent.last[1]
+    first, last = run.extent.first.time, run.extent.last.time
     at = last if options.time is None else options.time
     if not first <= at <= last:
         raise InputError(

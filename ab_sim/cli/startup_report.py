@@ -7,6 +7,7 @@ from rich.table import Table
 
 from ab_sim.analysis import compare_run, metrics_of, run_scene, time_of_speed
 from ab_sim.base.errors import AbSimError
+from ab_sim.base.sample_columns import TIME
 from ab_sim.cli.outputs import results
 from ab_sim.cli.run import metrics_table
 from ab_sim.cli.runner import FINE
@@ -82,5 +83,5 @@ def _from_profile_start(whole: Trajectory, duration: float) -> Trajectory:
     # A sample contains the command of the step that ends at this sample.
     first = max(moved[0] - 1, 0)
     samples = whole.samples[first:].copy()
-    samples[:, 1] -= samples[0, 1]
-    return Trajectory(whole.channels, samples[samples[:, 1] <= duration])
+    samples[:, TIME] -= samples[0, TIME]
+    return Trajectory(whole.channels, samples[samples[:, TIME] <= duration])

@@ -11,6 +11,7 @@ import numpy as np
 from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
 from ab_sim.base.errors import InputError, exact, nearest
 from ab_sim.base.presentation import Column, Columns, CountProgress, Presented, ends
+from ab_sim.base.sample_columns import ANGLE
 from ab_sim.design.batch.judging import judged_parts
 from ab_sim.design.batch.prepared_run import steps_of
 from ab_sim.design.batch.run_prepared import run_prepared
@@ -24,7 +25,6 @@ from ab_sim.design.differences import (
 )
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory, check_room, column_of, unit_of
-from ab_sim.engine.stepping.fixed_step import ANGLE
 from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 

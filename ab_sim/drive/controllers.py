@@ -10,6 +10,7 @@ import numpy as np
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
 from ab_sim.base.numbers import reason_of
+from ab_sim.base.sample_columns import STEP
 from ab_sim.control import SensorFacts, StartUp, StartUpSettings, State
 from ab_sim.control.settings import Quantity
 from ab_sim.drive.faults.fault import SPINDLE, VIBRATION, Fault, SensedFaults
@@ -186,7 +187,7 @@ class AdaptiveController(RunController):
     def _receive(self, newest: Trajectory) -> None:
         """Pass the sensor's samples in a run to the controller, with the effect of faults."""
         rows, at = taken(newest, self._per_sample), newest.channels.index
-        steps = rows[:, 0].astype(np.int64)
+        steps = rows[:, STEP].astype(np.int64)
         first = at(f"{self._sensor}_1")
         readings = self._faults.altered(self._sensor, rows[:, first : first + 2].T, steps)
         speed = self._faults.altered(SPINDLE, rows[:, at("speed")], steps)
@@ -265,7 +266,7 @@ class SegmentsController(RunController):
         channels = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
         index = newest.channels.index
         columns = [index(channel) for channel in channels if channel in newest.channels]
-        steps = rows[:, 0].astype(np.int64)
+        steps = rows[:, STEP].astype(np.int64)
         steps, readings = self._faults.sampled(name, steps, rows[:, columns])
         for step, vector in zip(steps.tolist(), readings.tolist(), strict=True):
             self._execution.receive(self._time_of(step), name, step * self._step_ns, vector)

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.base.ordered_sum import ordered_dot
+from ab_sim.base.sample_columns import ANGLE, DECK, STEP
 from ab_sim.drive.closed_forms import DrivenBalls
 from ab_sim.drive.pickup import Pickup, PickupState
 from ab_sim.drive.trajectory import Trajectory, channels_for, tilt_of
-from ab_sim.engine.stepping.fixed_step import DECK, STEP
 from ab_sim.model.dynamics.assemble import start_state
 from ab_sim.model.dynamics.system import (
     DIRECTION,
@@ -226,13 +226,13 @@ class RowReader:
             Active branches of friction at that time.
         """
         row = present.samples[0]
-        psi, omega, command = (float(x) for x in row[2:5])
+        psi, omega, command = (float(x) for x in row[ANGLE:DECK])
         place, velocity = present.position[0], present.velocity[0]
         c, s = math.cos(psi), math.sin(psi)
         theta, rate = present.ball_angles[0], present.ball_rates[0]
         return Observation(
             time=time,
-            steps=int(row[0]),
+            steps=int(row[STEP]),
             psi=psi,
             omega=omega,
             command=command,

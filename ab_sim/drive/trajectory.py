@@ -15,6 +15,7 @@ import numpy as np
 from ab_sim.base.errors import nearest, short
 from ab_sim.base.ordered_sum import ordered_dot
 from ab_sim.base.presentation import Column, Columns, Presented, ends, number
+from ab_sim.base.sample_columns import SPINDLE_CHANNELS, STEP
 
 _UNITS = {
     "step": "1",
@@ -86,8 +87,6 @@ def tilt_of(turn: np.ndarray) -> np.ndarray:
 MAX_VALUES = 250_000_000
 """Largest number of values (2 GB); longer runs are refused before they start."""
 
-SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
-
 
 def channels_for(
     deck_model: Sequence[str], balls: int, motor: bool = False, readings: Iterable[str] = ()
@@ -100,7 +99,7 @@ def channels_for(
 
 def taken(run: "Trajectory", every: int) -> np.ndarray:
     """Return the rows of a non-empty run at the steps that are multiples of ``every``."""
-    return run.samples[-int(run.samples[0, 0]) % every :: every]
+    return run.samples[-int(run.samples[0, STEP]) % every :: every]
 
 
 def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, int]:

@@ -15,6 +15,7 @@ from rclpy.publisher import Publisher
 from ab_msgs_py import Block, ImuSample, PoseSample, Task, Topic, WhirlSample, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import DECK, FORCE, frame_of
+from ab_sim.base.sample_columns import STEP
 from ab_sim.drive.closed_forms import DrivenBalls
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.faults.fault import Fault
@@ -56,7 +57,7 @@ class _SensorStream(NamedTuple):
             return
         rows = taken(run, self.every)
         at = run.channels.index(f"{self.name}_1")
-        steps, forces = faults.sampled(self.name, rows[:, 0], rows[:, at : at + self.axes])
+        steps, forces = faults.sampled(self.name, rows[:, STEP], rows[:, at : at + self.axes])
         for step, (x, y, *z) in zip(steps.tolist(), forces.tolist(), strict=True):
             force = x, y, z[0] if z else 0.0
             self.publisher.publish(self.message.at(int(step) * self.step_ns, force))

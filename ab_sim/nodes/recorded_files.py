@@ -18,6 +18,7 @@ from rclpy.node import Node
 
 from ab_msgs_py import MalformedMessage, topics
 from ab_sim.base.errors import RecordingError
+from ab_sim.base.sample_columns import STEP, TIME
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.record.bags import BagWriter
 from ab_sim.record.bags.contract import offered_qos
@@ -215,8 +216,8 @@ class RecordedFiles:
         """
         if self._description is None:
             return
-        steps = samples[:, 0]
-        if not np.isfinite(samples[:, :2]).all():
+        steps = samples[:, STEP]
+        if not np.isfinite(samples[:, [STEP, TIME]]).all():
             raise MalformedMessage("vibration/block: step and time must be finite")
         if (steps != np.rint(steps)).any() or (np.diff(steps) <= 0).any() or steps[0] < 0:
             raise MalformedMessage("vibration/block: steps must be whole numbers that increase")
@@ -233,13 +234,13 @@ class RecordedFiles:
                     "are omitted: end all drives but one, or give each a namespace"
                 )
             self._ran_back = now
-            self._time = samples[0, 1]
+            self._time = samples[0, TIME]
             self.close()
             self._open()
             expected = 0
         self._restarted = False
         self.missing += last + 1 - expected - len(samples)
-        self._next, self._time = last + 1, samples[-1, 1]
+        self._next, self._time = last + 1, samples[-1, TIME]
         if self._recording is None:
             self._lost += len(samples)
         else:

@@ -17,6 +17,7 @@ from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.base.numbers import number_in
+from ab_sim.base.sample_columns import TIME
 from ab_sim.nodes.base_node import PARAMETERS, BaseNode, DiagnosticsPublisher
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.parameters import (
@@ -270,7 +271,7 @@ class Recorder(BaseNode):
         if list(block.channels) != self._description.get("channels"):
             raise MalformedMessage(f"vibration/block has the channels {block.channels}")
         self._files.block(block.channels, block.samples)
-        self._time = block.samples[-1, 1]
+        self._time = block.samples[-1, TIME]
 
     def _write_command(self, speed: float) -> None:
         self._files.scalar(COMMANDS, self._time, speed)

@@ -7,6 +7,8 @@ from typing import Literal
 import numpy as np
 from scipy.signal import periodogram
 
+from ab_sim.base.sample_columns import STEP, TIME
+
 _POINTS = 2000
 """Number of bins of a curve, each drawn as its least and its largest sample."""
 
@@ -110,7 +112,7 @@ class WelchSegments:
         Parameters
         ----------
         rows
-            Samples, shape (samples, columns); the first column is the step.
+            Samples, shape (samples, columns), with the column STEP.
 
         Returns
         -------
@@ -121,7 +123,7 @@ class WelchSegments:
         segments, begin = [], self._skip
         while begin + self._length <= len(rows):
             segment = rows[begin : begin + self._length]
-            strides = np.diff(segment[:, 0])
+            strides = np.diff(segment[:, STEP])
             even = bool(np.all(strides == strides[0]))
             if even and self.stride in (None, strides[0]):
                 self.stride = float(strides[0])
@@ -232,7 +234,7 @@ def _density_of(
     tuple[np.ndarray, np.ndarray]
         Frequencies [Hz], and the power summed over all axes.
     """
-    time = segment[:, 1]
+    time = segment[:, TIME]
     rate = (len(time) - 1) / (time[-1] - time[0])
     frequencies, power = periodogram(
         segment[:, 2:], rate, window="hann", detrend="constant", scaling=scaling, axis=0

@@ -233,7 +233,7 @@ def compare_recording(
             f"{run.extent.left_out} steps were left out by intent: a command between recorded "
             "steps acts from the second one on"
         )
-    step, time = run.extent.first if stepped else (0.0, run.extent.first[1])
+    step, time = run.extent.first if stepped else (0.0, run.extent.first.time)
     if stepped and scene.profile is not None and _follows_profile(run, scene):
         return _along(run, Drive(scene), PROFILE, 0.0, notes, progress, start=_start(run, scene))
     if step > 0 and not _begun_before(run, scene):
@@ -256,7 +256,7 @@ def _begun_before(run: StoredRun, scene: Scene) -> bool:
     """Return whether no command came before the recording, so that t = 0 is a known start."""
     if _first_sample(run)["command"] != scene.start.speed:
         return False  # at once, as the simulation up to the first sample may be long
-    drive, steps = Drive(scene, commanded=True), int(run.extent.first[0])
+    drive, steps = Drive(scene, commanded=True), int(run.extent.first.step)
     return _begins_with(run, drive.advance(steps, every=steps))
 
 
@@ -289,9 +289,10 @@ def _follows_profile(run: StoredRun, scene: Scene) -> bool:
     """
     replay = ReplayedDrive(Drive(scene), obeys=False)
     blocks = run.blocks(("step", "command"))
+    compared = blocks if scene.is_controlled else itertools.islice(blocks, 1)
     return all(
-        replay.at_steps(*block.T)["command"].tobytes() == block[:, 1].tobytes()
-        for block in (blocks if scene.is_controlled else itertools.islice(blocks, 1))
+        replay.at_steps(steps, commands)["command"].tobytes() == commands.tobytes()
+        for steps, commands in map(np.transpose, compared)
     )
 
 
@@ -386,7 +387,7 @@ def _along(
             f"by time from the first sample on; the simulation, with steps of {step} s, is "
             "interpolated at the recorded times"
         )
-    duration = extent.last[1] - extent.first[1]
+    duration = extent.last.time - extent.first.time
     return RecordingComparison(
         drive.scene, deviations, _not_compared(run, drive, names), recorded, simulated,
         differences, driven_by, aligned, done, duration, tuple(notes),

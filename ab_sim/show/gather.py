@@ -11,6 +11,7 @@ from ab_sim.analysis.metrics import Metrics, metrics_of_blocks, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.base.errors import AbSimError, InputError
 from ab_sim.base.presentation import CountProgress, last_stretch
+from ab_sim.base.sample_columns import STEP
 from ab_sim.drive.closed_forms import RotorWithoutBalls, WhirlWithoutBalls, driving_forces
 from ab_sim.drive.observation import channels_of
 from ab_sim.drive.trajectory import Trajectory, is_ball_angle
@@ -22,6 +23,8 @@ from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 from ab_sim.show.blocks import Envelope, OncePerTurn, PowerSpectrum, Waterfall
 
+_ANGLE = 3
+"""Column of the spindle's angle, after time, x and y, in the samples of the last orbit."""
 TURNS = 20
 """Number of final turns of the spindle in the last orbit."""
 _ORBIT = 4000
@@ -74,8 +77,8 @@ class RunData:
             "recording": str(self.run.path),
             "scene": None if self.scene is None else self.scene.name,
             "version": self.run.description.get("version"),
-            "begins": extent.first[1],
-            "duration": extent.last[1] - extent.first[1],
+            "begins": extent.first.time,
+            "duration": extent.last.time - extent.first.time,
             "samples": extent.rows,
             "gaps": extent.gaps,
             "missing": extent.missing,
@@ -94,7 +97,8 @@ class RunData:
     @property
     def real_time_factors(self) -> np.ndarray:
         """Recorded real-time factors of a live run; empty for an offline run."""
-        return self.run.notes.scalars.get("real_time_factor", np.empty((0, 2)))[:, 1]
+        _times, factors = self.run.notes.scalars.get("real_time_factor", np.empty((0, 2))).T
+        return factors
 
 
 def gather(run: StoredRun, name: str, progress: CountProgress | None = None) -> RunData:
@@ -133,7 +137,7 @@ def gather(run: StoredRun, name: str, progress: CountProgress | None = None) -> 
             remaining -= len(rows)
             # Evenly spaced samples only: the full-rate ones around events would have too much
             # weight.
-            block = Trajectory(run.channels, rows[rows[:, 0] % run.every == 0])
+            block = Trajectory(run.channels, rows[rows[:, STEP] % run.every == 0])
             if len(block):
                 yield block
             read[0] += len(rows)
@@ -196,7 +200,7 @@ class _Collected:
         names += [f"force_{i}" for i in range(len(balls))] if scene is not None else []
         self.curves = Envelope(names, self._count)
         self._axes, self._vibrating = _vibrating(run)
-        begin, end = extent.first[1], extent.last[1]
+        begin, end = extent.first.time, extent.last.time
         rate = (self._count - 1) / (end - begin) if end > begin else 1.0
         self._vibration, self._spectrum = OncePerTurn(), PowerSpectrum(self._count - self._last)
         self._waterfall = Waterfall(self._count, rate, _speeds(run))
@@ -250,8 +254,8 @@ class _Collected:
             return
         self._turning.append(np.column_stack([rows, from_rest["angle"]]))
         # Blocks before the last turns are not needed any more.
-        end = self._turning[-1][-1, 3]
-        while len(self._turning) > 1 and _turns(end, self._turning[0][-1, 3]) > TURNS:
+        end = self._turning[-1][-1, _ANGLE]
+        while len(self._turning) > 1 and _turns(end, self._turning[0][-1, _ANGLE]) > TURNS:
             del self._turning[0]
         if len(self._turning) > 100:  # at standstill, old samples are not drawn
             del self._turning[:50]
@@ -261,8 +265,8 @@ class _Collected:
         last = np.empty((0, 3))
         if self._turning:
             turning = np.concatenate(self._turning)
-            turning = turning[_turns(turning[-1, 3], turning[:, 3]) <= TURNS]
-            last = turning[:: max(1, len(turning) // _ORBIT), :3]
+            turning = turning[_turns(turning[-1, _ANGLE], turning[:, _ANGLE]) <= TURNS]
+            last = turning[:: max(1, len(turning) // _ORBIT), :_ANGLE]
         orbit = np.concatenate(self._orbit) if self._orbit else np.empty((0, 3))
         final = self._final_without_balls.value
         return RunData(

@@ -207,7 +207,7 @@ def _orbits(data: RunData) -> Iterator[Panel]:
         time, x, y = data.last_orbit.T
         cloud = Cloud(1e3 * x, 1e3 * y, time)
         title = f"Path of the deck, last {TURNS} turns of the spindle"
-        if time[0] == data.run.extent.first[1]:
+        if time[0] == data.run.extent.first.time:
             title = f"Path of the deck; the spindle made less than {TURNS} turns"
         yield Panel("last orbit", title, "x [mm]", "y [mm]", 1.8, cloud=cloud, equal=True)
 

@@ -98,7 +98,7 @@ def _share(data: RunData) -> str:
 
 
 def _duration(data: RunData) -> str:
-    first, last = data.run.extent.first[1], data.run.extent.last[1]
+    first, last = data.run.extent.first.time, data.run.extent.last.time
     return f"{last - first:.4g} s" + (f", from {first:.4g} s on" if first else "")
 
 

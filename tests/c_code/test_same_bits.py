@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import ab_sim.tracing
+from ab_sim.base.sample_columns import ANGLE
 from ab_sim.drive import Drive
-from ab_sim.engine.stepping.fixed_step import ANGLE
 from ab_sim.model.dynamics.assemble import MOST_ANGLE
 from ab_sim.scene import Scene, load_scene
 from tests.c_code.compiled import DIVERGED, OK, REFUSED, InC, needs_compiler

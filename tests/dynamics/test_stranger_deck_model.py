@@ -17,11 +17,11 @@ from typer.testing import CliRunner
 
 import ab_sim
 from ab_sim.base.errors import SceneError
+from ab_sim.base.sample_columns import ANGLE
 from ab_sim.base.yaml_files import read_scene_file
 from ab_sim.cli.app import app
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import faults_of
-from ab_sim.engine.stepping.fixed_step import ANGLE
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.model.dynamics.registry import (
     IN_SPACE,

@@ -9,8 +9,9 @@ import yaml
 pytest.importorskip("rclpy", reason="needs ROS 2")
 
 from ab_msgs_py import JointSample, services, topics  # noqa: E402
+from ab_sim.base.sample_columns import SPINDLE_CHANNELS  # noqa: E402
 from ab_sim.drive.faults.fault import KINDS, faults_of  # noqa: E402
-from ab_sim.drive.trajectory import SPINDLE_CHANNELS, channels_for  # noqa: E402
+from ab_sim.drive.trajectory import channels_for  # noqa: E402
 from ab_sim.model.equations.in_space import InSpace  # noqa: E402
 from ab_sim.model.equations.planar import Planar  # noqa: E402
 

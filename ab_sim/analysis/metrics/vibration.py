@@ -180,9 +180,9 @@ class BroadBand:
         """Process the next samples."""
         steps, times = samples["step"], samples["time"]
         instants = np.column_stack((times, samples["angle"]))
-        apart = np.abs(np.diff(instants, axis=0, prepend=self._last))
+        interval, turn = np.abs(np.diff(instants, axis=0, prepend=self._last)).T
         # Allow for rounded times.
-        near = (apart[:, 0] <= _WIDEST * (1.0 + 1e-6)) & (apart[:, 1] <= TURN)
+        near = (interval <= _WIDEST * (1.0 + 1e-6)) & (turn <= TURN)
         self._resolved &= bool(near.all())
         self._resolved_late &= bool(near[max(len(near) - late, 0) :].all())
         self._last = instants[-1:]

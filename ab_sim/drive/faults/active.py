@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.base.sample_columns import STEP
 from ab_sim.drive.disc import on_other_axes
 from ab_sim.drive.drive import Drive
 from ab_sim.drive.faults.fault import SPINDLE, VIBRATION, SensedFaults, of_the_plant
@@ -93,7 +94,7 @@ class ActiveFaults:
         if not self.faults:
             return SensorReadings(present, frozenset())
         samples, channels = present.samples.copy(), present.channels
-        at, step = {name: k for k, name in enumerate(channels)}, samples[:, 0].astype(int)
+        at, step = {name: k for k, name in enumerate(channels)}, samples[:, STEP].astype(int)
         samples[:, at["angle"]] += self.slipped
         for ball in range(self._scene.balls.count):
             samples[:, at[f"ball_{ball}_angle"]] -= self.slipped

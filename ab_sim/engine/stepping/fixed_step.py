@@ -1,8 +1,14 @@
-"""Fixed steps along a speed profile."""
+"""Fixed steps along a speed profile.
+
+A sample has the columns of ``sample_columns``, the deck's channels, each ball's angle and rate, and
+a motor's torque. A *row* is the part from ANGLE to the torque. The sensor readings after it are
+filled in by the caller.
+"""
 
 import math
 from typing import NamedTuple
 
+from ab_sim.base.sample_columns import ANGLE, COMMAND, STEP, TIME
 from ab_sim.engine.compiling.kinds import Floats, IntegerTable, Table, call
 from ab_sim.engine.events.balls import put_branches
 from ab_sim.engine.events.location import check_branches, step_over_events, within_bounds
@@ -22,12 +28,6 @@ FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
 """
 PLACE_UNTIL = 2
 """Position, counted from the last column, of the local time at which the segment ends."""
-STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
-"""Columns of a sample: steps taken; time [s]; angle and speed of the spindle [rad, rad/s];
-requested speed [rad/s]; the first of the deck's channels.
-
-Then follow each ball's angle and rate, and a motor's torque. A *row* is the part of a sample from
-ANGLE to the torque. The sensor readings after it are filled in by the caller."""
 TWO_PI_REST = 2.4492935982947064e-16
 """Difference of 2 pi and the floating-point number nearest to it."""
 DRIFT = 1e-12
@@ -250,7 +250,7 @@ def record(run: Run, time: float, profile_time: float, sample: Floats) -> None:
     for i in range(balls.number):
         row[run.ball_column + 2 * i] += 2.0 * math.pi * balls.discrete[i, TURNS]
     if balls.has_motor:
-        row[0] += 2.0 * math.pi * balls.discrete[balls.number, TURNS]
+        sample[ANGLE] += 2.0 * math.pi * balls.discrete[balls.number, TURNS]
 
 
 def unwind(run: Run) -> bool:

@@ -12,11 +12,11 @@ Runs wait for each other only at the end of a row of the plan.
 
 from typing import NamedTuple
 
+from ab_sim.base.sample_columns import ANGLE
 from ab_sim.engine.compiling.kinds import Floats, Table, call
 from ab_sim.engine.events.run import Run
 from ab_sim.engine.stepping import side_by_side as lanes
 from ab_sim.engine.stepping.fixed_step import (
-    ANGLE,
     PLACE_UNTIL,
     EqualSteps,
     enter_step_range,

@@ -15,6 +15,7 @@ from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import Event
 from ab_sim.base.errors import RecordingError, SceneError
 from ab_sim.base.presentation import CountProgress
+from ab_sim.base.sample_columns import STEP, TIME
 from ab_sim.drive.closed_forms import driving_forces
 from ab_sim.drive.published import CONSTANTS, STATE_TOPICS, StateChannels
 from ab_sim.drive.trajectory import Trajectory, balls_in
@@ -136,7 +137,7 @@ class _Samples:
     def messages(self, progress: CountProgress) -> Iterator[TimedMessage]:
         """Yield all messages, sorted by time."""
         extent, done = self._run.extent, 0
-        begin = nanoseconds(extent.first[1])
+        begin = nanoseconds(extent.first.time)
         yield self._message(begin, -1, topics.DESCRIPTION, dict(self._run.description))
         channels = self._run.channels
         decimated = self._run.every > 1
@@ -156,11 +157,11 @@ class _Samples:
         """
         for first in range(0, len(rows), _BLOCK):
             samples = rows.samples[first : first + _BLOCK]
-            time = nanoseconds(samples[-1, 1])
+            time = nanoseconds(samples[-1, TIME])
             if left_out is not None:
                 counts = left_out[first : first + _BLOCK]
                 rule = np.tile((self._run.every, self._run.around), (len(counts), 1))
-                decimation = np.column_stack([samples[:, :2], counts, rule])
+                decimation = np.column_stack([samples[:, [STEP, TIME]], counts, rule])
                 yield self._message(
                     time, 0, DECIMATED, Block(contract.DECIMATED_CHANNELS, decimation)
                 )

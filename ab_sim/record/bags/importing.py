@@ -15,11 +15,14 @@ from ab_msgs_py.samples import Event
 from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
 from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.base.presentation import CountProgress
+from ab_sim.base.sample_columns import STEP, TIME
 from ab_sim.record.bags import contract
 from ab_sim.record.bags.contract import DECIMATED, NOTE, NUMBER, IgnoredMessages, decoded
 from ab_sim.record.bags.foreign_bag import ForeignBag
 from ab_sim.record.bags.reader import Bag, Message
 from ab_sim.record.recording import Recording, drawable
+
+_LEFT_OUT = contract.DECIMATED_CHANNELS.index("left_out")
 
 
 class BagConverter(IgnoredMessages):
@@ -95,7 +98,7 @@ class BagConverter(IgnoredMessages):
         channels, rule = _checked_block(block)
         if channels != contract.DECIMATED_CHANNELS:
             raise ValueError(f"must have the channels {contract.DECIMATED_CHANNELS}")
-        counts, every, around = rule[:, 2], rule[:, 3], rule[:, 4]
+        _, _, counts, every, around = rule.T
         whole = (counts == np.rint(counts)).all() and (counts >= 0).all()
         if not (whole and (np.diff(counts) >= 0).all() and (every >= 1).all()
                 and (around >= 0).all() and np.isfinite(rule).all()):  # fmt: skip
@@ -112,14 +115,14 @@ class BagConverter(IgnoredMessages):
         described = self._description.get("channels")
         if described is not None and list(channels) != described:
             raise ValueError(f"has channels {channels}; the drive's description has {described}")
-        if self._recording is None or samples[0, 0] <= self._recording.last_step:
+        if self._recording is None or samples[0, STEP] <= self._recording.last_step:
             self._close()  # the drive was reset, and steps in a recording must increase
             self._open(channels)
         assert self._recording is not None
         left_out, self._left_out = self._left_out, self._left_out[:0]
-        decimated = self._is_decimated and np.array_equal(left_out[:, 0], samples[:, 0])
-        self._recording.block(channels, samples, left_out[:, 2] if decimated else None)
-        self._time = max(self._time, round(1e9 * samples[-1, 1]))
+        decimated = self._is_decimated and np.array_equal(left_out[:, STEP], samples[:, STEP])
+        self._recording.block(channels, samples, left_out[:, _LEFT_OUT] if decimated else None)
+        self._time = max(self._time, round(1e9 * samples[-1, TIME]))
 
     def _clock(self, time: int) -> None:
         self._time = time
@@ -206,7 +209,7 @@ def _checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
     channels, samples = block.channels, block.samples
     if channels[:2] != ("step", "time") or len(set(channels)) < len(channels):
         raise ValueError(f"channels must begin with step, time and differ: {channels}")
-    times = samples[:, 1]
+    times = samples[:, TIME]
     if not np.isfinite(times).all() or (np.diff(times) < 0).any():
         raise ValueError("time must be finite, and not decrease from sample to sample")
     return channels, samples

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ab_sim.base.errors import RecordingError
+from ab_sim.base.sample_columns import STEP, TIME
 from ab_sim.record.recording.layout import Array
 
 AROUND = 0.5
@@ -87,19 +88,19 @@ class Decimation:
         if self.every == 1:
             return rows, np.zeros(len(rows))
         if math.isnan(self._began):
-            self._first, self._began = rows[0, :2].tolist()
+            self._first, self._began = rows[0, [STEP, TIME]].tolist()
             self._pending = rows[:0]
         if command is not None:
-            self._note_command_changes(rows[:, 1], rows[:, command])
+            self._note_command_changes(rows[:, TIME], rows[:, command])
         self._new.append(rows)
         if 4 * sum(map(len, self._new)) < len(self._pending):
             return rows[:0], np.empty(0)  # so that pending rows are not copied for a few new ones
         self._append_new_rows()
-        newest = rows[-1, 1]
+        newest = rows[-1, TIME]
         # The end of a ramp is noted ``around`` after it, so the order of events is final only then.
         self._select_stretches(newest - self._around)
         # Two subtractions have the same rounding as the start of a stretch not yet selected.
-        early = self._pending[:, 1] < newest - self._around - self._around
+        early = self._pending[:, TIME] < newest - self._around - self._around
         # Only up to the first row that must wait, so that rows remain in order.
         return self._rows_to_keep(len(early) if early.all() else int(np.argmin(early)))
 
@@ -171,12 +172,12 @@ class Decimation:
         rows, self._pending = self._pending[:count], self._pending[count:]
         if not count:
             return rows, np.empty(0)
-        kept = rows[:, 0] % self.every == 0
-        kept |= rows[:, 0] == self._first
+        kept = rows[:, STEP] % self.every == 0
+        kept |= rows[:, STEP] == self._first
         for start, end in self._stretches:
-            kept |= (rows[:, 1] >= start) & (rows[:, 1] <= end)
+            kept |= (rows[:, TIME] >= start) & (rows[:, TIME] <= end)
         kept[-1] |= last
-        self._stretches = [stretch for stretch in self._stretches if stretch[1] >= rows[-1, 1]]
+        self._stretches = [stretch for stretch in self._stretches if stretch[1] >= rows[-1, TIME]]
         out = self.left_out + np.cumsum(~kept)
         self.left_out = int(out[-1])
         return rows[kept], out[kept].astype(np.float64)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.base.presentation import last_stretch
+from ab_sim.base.sample_columns import TIME
 from ab_sim.record.recording.layout import Array
 
 
@@ -41,11 +42,11 @@ class SlidingWindows:
         Parameters
         ----------
         rows
-            Next samples; ``time`` [s] is the second column.
+            Next samples, with the columns STEP and TIME [s].
         """
         seen = len(self._kept)
         every = np.concatenate([self._kept, rows]) if seen else rows
-        time = nanoseconds(every[:, 1])
+        time = nanoseconds(every[:, TIME])
         part = time // self._hop
         # Windows that end at rows of earlier blocks were yielded before.
         over = 1 + np.flatnonzero(np.diff(part))
@@ -53,7 +54,7 @@ class SlidingWindows:
         self._kept = every[first[-1] :].copy()
         for end in over[over >= seen]:
             window = every[first[end - 1] : end]
-            if len(window) and np.all(np.diff(window[:, 1]) > 0.0):
+            if len(window) and np.all(np.diff(window[:, TIME]) > 0.0):
                 yield window
 
 
@@ -65,8 +66,8 @@ class FrameRate:
         self._last = np.iinfo(np.int64).min
 
     def of(self, rows: Array) -> Array:
-        """Return the selected samples of the next block; its second column is ``time`` [s]."""
-        part = nanoseconds(rows[:, 1]) // self._period
+        """Return the selected samples of the next block, by its column TIME."""
+        part = nanoseconds(rows[:, TIME]) // self._period
         before, self._last = self._last, part[-1]
         return rows[np.concatenate([[part[0] != before], part[1:] != part[:-1]])]
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ab_sim.base.errors import RecordingError
+from ab_sim.base.sample_columns import STEP, TIME
 from ab_sim.drive.trajectory import Trajectory, column_of
 from ab_sim.record.recording.layout import (
     CHANNELS,
@@ -40,13 +42,22 @@ class Event:
     text: str
 
 
+class RecordedInstant(NamedTuple):
+    """Instant of a sample."""
+
+    step: float
+    """Steps taken before."""
+    time: float
+    """Time [s]."""
+
+
 @dataclass(frozen=True)
 class Extent:
     """Amount of data in a recording."""
 
     rows: int  # number of samples
-    first: tuple[float, float]  # step and time [s] of the first sample; NaN if there is none
-    last: tuple[float, float]  # step and time [s] of the last sample
+    first: RecordedInstant  # instant of the first sample; NaN if there is none
+    last: RecordedInstant  # instant of the last sample
     gaps: int  # number of places at which steps are missing
     missing: int  # number of missing steps
     left_out: int  # number of steps that decimation omitted, see `Recording`
@@ -168,18 +179,18 @@ class StoredRun:
     def extent(self) -> Extent:
         """Amount of data; the first use reads the whole file."""
         rows = gaps = missing = left_out = 0
-        first = last = (float("nan"), float("nan"))
+        first = last = RecordedInstant(math.nan, math.nan)
         counted = (LEFT_OUT,) if self.every > 1 else ()
         for block in self._rows(("step", "time", *counted)) if self.channels else ():
-            before = block[0, 0] - 1 if rows == 0 else last[0]
-            holes = np.diff(block[:, 0], prepend=before) - 1
+            before = block[0, STEP] - 1 if rows == 0 else last.step
+            holes = np.diff(block[:, STEP], prepend=before) - 1
             if counted:
-                holes -= np.diff(block[:, 2], prepend=left_out)
-                left_out = int(block[-1, 2])
+                holes -= np.diff(block[:, -1], prepend=left_out)
+                left_out = int(block[-1, -1])
             gaps += int((holes > 0).sum())
             missing += int(holes.sum())
-            first = first if rows else _pair(block[0])
-            last, rows = _pair(block[-1]), rows + len(block)
+            first = first if rows else _instant(block[0])
+            last, rows = _instant(block[-1]), rows + len(block)
         return Extent(rows, first, last, gaps, missing, left_out)
 
     @cached_property
@@ -294,8 +305,8 @@ _EVENT = ("TextLog:level", "source", "TextLog:text")
 """Components of events, in the order of the fields of `Event` after the time."""
 
 
-def _pair(row: Array) -> tuple[float, float]:
-    return float(row[0]), float(row[1])
+def _instant(row: Array) -> RecordedInstant:
+    return RecordedInstant(float(row[STEP]), float(row[TIME]))
 
 
 def _description_in(text: str, path: Path) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import pyarrow as pa
 import rerun as rr
 
 from ab_sim.base.palette import GREEN, GREY, PURPLE, RUN, SKY, UNBALANCE, Colour
+from ab_sim.base.sample_columns import STEP
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.record.recording.curves import PlottedCurves, lines
 from ab_sim.record.recording.layout import Array, plotted_columns, scalar_columns
@@ -189,7 +190,7 @@ class VibrationCurves:
 
         Return None if steps are missing, omitted or not finite: the spectrum would be wrong.
         """
-        steps = np.diff(window[:, 0])
+        steps = np.diff(window[:, STEP])
         if len(window) < _FEWEST or np.any(steps != steps[0]):
             return None
         run = Trajectory(self._channels, window)

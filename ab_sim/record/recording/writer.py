@@ -12,6 +12,7 @@ import rerun as rr
 from numpy.typing import ArrayLike
 
 from ab_sim.base.errors import RecordingError
+from ab_sim.base.sample_columns import STEP, TIME
 from ab_sim.record.recording.blueprint import state_colours, style
 from ab_sim.record.recording.decimation import AROUND, DecimatedInput, Decimation
 from ab_sim.record.recording.drawing import description_text
@@ -204,8 +205,8 @@ class Recording:
             return
         self._check_steps(rows)
         if np.isnan(self._first_step):
-            self._first_step = rows[0, 0]
-        self.last_step = rows[-1, 0]
+            self._first_step = rows[0, STEP]
+        self.last_step = rows[-1, STEP]
         self.rows += len(rows)
         if left_out is not None:
             assert isinstance(self._decimation, DecimatedInput)
@@ -343,8 +344,8 @@ class Recording:
 
     def _check_steps(self, rows: Array) -> None:
         """Refuse steps that are not whole or do not increase, and times that are not finite."""
-        steps = rows[:, 0]
-        if not (np.isfinite(rows[:, :2]).all() and (steps == np.rint(steps)).all()):
+        steps = rows[:, STEP]
+        if not (np.isfinite(rows[:, [STEP, TIME]]).all() and (steps == np.rint(steps)).all()):
             raise RecordingError(f"{self.path}: step must be whole and time finite in every row")
         if (np.diff(steps, prepend=self.last_step) <= 0).any():
             raise RecordingError(
@@ -368,7 +369,7 @@ class Recording:
     def _slow_are_due(self) -> bool:
         """Return whether slow curves and scalars are due; if so, set their next time."""
         if self._rows_shown is not None and self._blocks:
-            newest = float(self._blocks[-1][-1, 1])
+            newest = float(self._blocks[-1][-1, TIME])
             if newest < self._slow_until:
                 return False
             self._slow_until = newest + _SLOW_PERIOD
@@ -418,14 +419,14 @@ class Recording:
         if self._decimation.every > 1:
             groups[LEFT_OUT] = left_out[:, None]
         columns = named_columns(CHANNELS, groups) + self._view.of_samples(rows)
-        self._send(SAMPLES, index_columns(rows[:, 1], rows[:, 0]), columns)
+        self._send(SAMPLES, index_columns(rows[:, TIME], rows[:, STEP]), columns)
 
     @property
     def _picture_delay(self) -> float:
         """Time of the run for which frames have not been sent [s]."""
         if not (pending := self._rows_without_pictures):
             return 0.0
-        return float(pending[-1][-1, 1] - pending[0][0, 1])
+        return float(pending[-1][-1, TIME] - pending[0][0, TIME])
 
     def _send_derived(
         self, pending: list[Array], derive: Callable[[Array], Iterator[Sent]]
@@ -436,7 +437,7 @@ class Recording:
         rows = np.concatenate(pending)
         pending.clear()
         for entity, when, columns in derive(rows):
-            self._send(entity, index_columns(when[:, 1], when[:, 0]), columns)
+            self._send(entity, index_columns(when[:, TIME], when[:, STEP]), columns)
 
     def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:
         """Return the timelines of entries: their times, and the nearest steps if known."""

@@ -1,0 +1,7 @@
+"""Columns with which every sample of a run begins."""
+
+SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
+"""Names of the columns: steps taken; time [s]; angle and speed of the spindle [rad, rad/s];
+requested speed [rad/s]."""
+STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
+"""Positions of these columns, and of the first of the deck's channels."""
