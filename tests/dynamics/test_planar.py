@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
 from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.model.dynamics import system
 from ab_sim.model.dynamics.assemble import system_of
-from ab_sim.model.dynamics.system import DIRECTION, DISCRETE_COLUMNS, LOADED, layout_of
+from ab_sim.model.dynamics.system import DIRECTION, DISCRETE_COLUMNS, FIRST_TURNS, LOADED, layout_of
+from ab_sim.model.equations.motion import BALL_COLUMNS
 from ab_sim.model.spindle import Ramp, ScheduledSegment
 from tests.dynamics.inertial import Thesis, accelerations
 
@@ -35,6 +37,10 @@ def slope_of(
     )
     scheduled = ScheduledSegment(0.0, np.inf, 0.0, Ramp(speed, slope))
     return VectorField(system, scheduled, discrete_state).slope(0.0, state)
+
+
+def test_columns_of_balls_have_the_names_of_the_record() -> None:
+    assert [getattr(system, name.upper()) for name in BALL_COLUMNS] == [*range(FIRST_TURNS)]
 
 
 @pytest.mark.parametrize("effects", [{}, FRICTION, {"ball_spin": None}])

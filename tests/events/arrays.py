@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from ab_sim.engine.events.run import COUPLING, NORMAL, BallEvents
-from ab_sim.model.dynamics.system import MOBILITY, ORDER, ROLLING_MASS
+from ab_sim.model.dynamics.system import FIRST_TURNS, MOBILITY, ORDER, ROLLING_MASS
 
 
 def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:
     """Return ``n`` balls with inertia 1, in order, on a deck of ``size`` accelerations."""
-    constants, contacts = np.zeros((n, 10)), np.zeros((n, 2))
+    constants, contacts = np.zeros((n, FIRST_TURNS + 1)), np.zeros((n, 2))
     constants[:, [ROLLING_MASS, MOBILITY]] = 1.0
     contacts[:, ORDER] = np.arange(n)
     table = np.zeros((COUPLING + 2 * size, n))

@@ -12,6 +12,7 @@ from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
 from ab_sim.model.dynamics.system import (
     DIRECTION,
     DISCRETE_COLUMNS,
+    HEIGHT,
     JOINED,
     LOADED,
     StateLayout,
@@ -135,7 +136,7 @@ def deck() -> Case:
         RaceRunout(3e-4, -2e-4, 1e-3, 0.3),
     )
     balls = system_of(thesis()).balls
-    balls[:, -1] = 0.004, -0.003
+    balls[:, HEIGHT] = 0.004, -0.003
     system = System(deck_model, balls, np.zeros((0, 2)), effects, True)
     discrete_state = np.zeros((len(balls) + 1, DISCRETE_COLUMNS), np.int64)
     sizes = sizes_of(layout_of(system), [*[1e-3] * 3, 1.0, *[0.3] * 3, *[0.1] * 3, *[10.0] * 3])

@@ -12,7 +12,7 @@ from ab_sim.analysis.held_speed import last_speed
 from ab_sim.analysis.rest import rest_of
 from ab_sim.base.errors import InputError, nearest
 from ab_sim.base.version import __version__
-from ab_sim.model.dynamics.system import RACE_HEIGHT
+from ab_sim.model.dynamics.system import HEIGHT
 from ab_sim.scene.model import Scene
 
 CONVERGED = 1e-10
@@ -288,7 +288,7 @@ def _keeps_still(turn: TurnMap, orbit: Orbit) -> bool:
 
 def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
     """Return the number of multipliers that are 1 because balanced positions form a manifold."""
-    n, heights = len(turn.system.balls), turn.system.balls[:, RACE_HEIGHT]
+    n, heights = len(turn.system.balls), turn.system.balls[:, HEIGHT]
     races = np.unique(heights, return_counts=True)[1] if turn.scene.deck is not None else [n]
     # Two equations of balance per race leave n - 2 free angles. A multiplier counts only if it is
     # near 1, because balls that cannot balance have no such manifold.

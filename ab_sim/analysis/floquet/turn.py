@@ -27,7 +27,7 @@ from ab_sim.engine.integrate.vector_field import Flow, Flown
 from ab_sim.engine.stepping.fixed_step import normalise
 from ab_sim.model.dynamics.assemble import linear_rates, start_state
 from ab_sim.model.dynamics.registry import require_built_in
-from ab_sim.model.dynamics.system import MASS, RACE_HEIGHT, RACE_RADIUS, has_contact, has_friction
+from ab_sim.model.dynamics.system import HEIGHT, MASS, RACE_RADIUS, has_contact, has_friction
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Start
 
@@ -338,7 +338,7 @@ def balanced_angles(turn: TurnMap) -> np.ndarray:
     heavy = balls[:, MASS] * balls[:, RACE_RADIUS]
     levers, rotor = [heavy], [turn.system.deck_model.unbalance + 0.0j]
     if scene.deck is not None:
-        levers.append(heavy * balls[:, RACE_HEIGHT] / scene.race.radius)
+        levers.append(heavy * balls[:, HEIGHT] / scene.race.radius)
         rotor.append(scene.couple_unbalance / scene.race.radius)
 
     def residual(angles: np.ndarray) -> np.ndarray:

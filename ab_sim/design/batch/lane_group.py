@@ -33,7 +33,7 @@ from ab_sim.model.dynamics.assemble import (
     start_state,
     state_bounds,
 )
-from ab_sim.model.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS, layout_of
+from ab_sim.model.dynamics.system import FIRST_TURNS, TURNS, layout_of
 from ab_sim.model.equations.motion import ActiveSegment
 from ab_sim.model.spindle.schedule import RampAndCosine
 from ab_sim.model.spindle.step_ranges import StepRange
@@ -340,8 +340,8 @@ def _begin(work: _Work, starts: LaneStarts) -> None:
         row, balls, n = min(lane, count - 1), run.balls, run.balls.number
         constants = starts.constants[row]
         run.scene.c[: len(constants)] = constants
-        columns_of_balls = constants[len(constants) - n * len(FORMULA_COLUMNS) :]
-        balls.constants[:, FORMULA_COLUMNS] = columns_of_balls.reshape(len(FORMULA_COLUMNS), n).T
+        columns = constants[len(constants) - n * FIRST_TURNS :]
+        balls.constants[:, :FIRST_TURNS] = columns.reshape(FIRST_TURNS, n).T
         balls.constants[:, FIRST_TURNS] = starts.discrete[row, :n, TURNS]
         balls.contacts[:], balls.discrete[:] = starts.contacts[row], starts.discrete[row]
         run.work.bounds[:], run.work.counts[:] = starts.bounds[row], 0

@@ -22,7 +22,6 @@ from ab_sim.engine.kernels.constants import flattened, numbers_of
 from ab_sim.model.dynamics.assemble import of_ball
 from ab_sim.model.dynamics.deck_models.planar import poles_of
 from ab_sim.model.dynamics.system import (
-    FORMULA_COLUMNS,
     TURNS,
     has_contact,
     has_gravity,
@@ -112,10 +111,10 @@ class RunColumns:
         n, columns = len(system.balls), constants[:, len(names) :]
         balls = zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
         for i, (mass, radius, race) in enumerate(balls):
-            ball = of_ball(Ball(mass, radius), scene.race.radius, effects)
-            row = *ball, scene.race.heights[race]
-            for k, column in enumerate(FORMULA_COLUMNS):
-                columns[:, k * n + i] = row[column]
+            height = scene.race.heights[race]
+            ball = of_ball(Ball(mass, radius), scene.race.radius, height, effects)
+            for k, value in enumerate(ball[1:]):
+                columns[:, k * n + i] = value
         return constants
 
     def _numbers(self, rows: np.ndarray) -> RunNumbers:

@@ -16,12 +16,12 @@ import numpy as np
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
 from ab_sim.model.dynamics.system import (
     DIRECTION,
+    LEVER,
     MASS,
     MOBILITY,
     MOMENT,
     RACE_RADIUS,
     ROLLING_MASS,
-    ROUND_LEVER,
     System,
     has_friction,
     has_motor,
@@ -48,7 +48,7 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
             balls[ball, [ROLLING_MASS, MOBILITY]] = _BEYOND_ALL, 0.0
             if fault.verb == "lost":
                 missing += float(balls[ball, MASS])
-                balls[ball, [MASS, MOMENT, ROUND_LEVER]] = 0.0
+                balls[ball, [MASS, MOMENT, LEVER]] = 0.0
         elif fault.verb == "softens":
             assert fault.size is not None
             system = _softened(system, scene, fault.component, fault.size)

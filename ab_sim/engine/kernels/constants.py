@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.model.dynamics.system import System, constants_of_balls
-from ab_sim.model.equations.motion import ActiveSegment, BallConstants
+from ab_sim.model.equations.motion import BALL_COLUMNS, ActiveSegment, BallConstants
 
 PLACE_FIELDS = ActiveSegment._fields[1:]
 """Names of the numbers that follow those of the speed law."""
@@ -66,7 +66,7 @@ def layout_of_constants(system: System, segment: type[Any]) -> ConstantsLayout:
     """Return the layout of a system's constants, for a class of segments."""
     scalars = tuple(name for name, _ in flattened(_bodies(system), ""))
     n = len(system.balls)
-    place = len(scalars) + n * (len(BallConstants._fields) - 1)
+    place = len(scalars) + n * len(BALL_COLUMNS)
     size = place + len(segment._fields) + len(PLACE_FIELDS)
     return ConstantsLayout(scalars, len(scalars), place, size)
 
@@ -85,7 +85,7 @@ def traced_bodies(system: System, make: Callable[[str], Any]) -> tuple[Any, tupl
 
 def traced_balls(count: int, make: Callable[[str], Any]) -> BallConstants:
     """Return the constants of ``count`` balls as expressions."""
-    return BallConstants(count, *(make(name) for name in BallConstants._fields[1:]))
+    return BallConstants(count, *(make(name) for name in BALL_COLUMNS))
 
 
 def pattern(system: System) -> Any:

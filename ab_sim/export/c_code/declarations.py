@@ -15,7 +15,7 @@ from ab_sim.drive.trajectory import unit_of
 from ab_sim.engine.kernels.constants import flattened
 from ab_sim.export.c_code.templates import WIDTH, plain
 from ab_sim.model.dynamics.assemble import active_segment
-from ab_sim.model.dynamics.system import MASS, RACE_HEIGHT, RACE_RADIUS, RADIUS, System
+from ab_sim.model.dynamics.system import HEIGHT, MASS, RACE_RADIUS, RADIUS, System
 from ab_sim.model.equations.mounts import MOUNT_UNITS
 from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.model.spindle import RaisedCosine, Ramp, ScheduledSegment
@@ -28,7 +28,7 @@ GIVEN = {
     "mass": ("ball_mass", MASS, "kg", "m of each ball"),
     "radius": ("ball_radius", RADIUS, "m", "a of each ball"),
     "race_radius": ("race_radius", RACE_RADIUS, "m", "R, of the circle of each ball's centre"),
-    "height": ("race_height", RACE_HEIGHT, "m", "height of each ball's race along the shaft"),
+    "height": ("race_height", HEIGHT, "m", "height of each ball's race along the shaft"),
 }
 """Given constants of the balls, from which the others are derived.
 

@@ -13,16 +13,13 @@ from ab_sim.engine.kernels.model import Model
 from ab_sim.engine.kernels.runge_kutta import Tableau
 from ab_sim.export.c_code.declarations import GIVEN, KINDS, DriveParameter
 from ab_sim.model.dynamics.assemble import of_ball
-from ab_sim.model.dynamics.system import FORMULA_COLUMNS, System
-from ab_sim.model.equations.motion import Ball, BallConstants
+from ab_sim.model.dynamics.system import System
+from ab_sim.model.equations.motion import BALL_COLUMNS, Ball
 from ab_sim.scene.sensors import Accelerometer
 from ab_sim.tracing import Graph, Level
 from ab_sim.tracing.c_text import Store, c_literal, c_statements
 from ab_sim.tracing.expression import Expression, lifted, reachable_nodes
 from ab_sim.tracing.lowering import without_cosines
-
-COLUMNS = BallConstants._fields[1:]
-"""Columns of the balls, one name for each of ``FORMULA_COLUMNS``."""
 
 
 class Equations(NamedTuple):
@@ -65,7 +62,7 @@ def equations_of(
     emitted = [_Kind(system, kind, _places(parameters), channels) for kind in kinds]
     forces = _forces(system, channels, sensors, _places(parameters)) if sensors else _NOTHING
     used = frozenset(forces.used.union(*(kind.used for kind in emitted)))
-    columns = tuple(name for name in COLUMNS if name in used and name not in GIVEN)
+    columns = tuple(name for name in BALL_COLUMNS if name in used and name not in GIVEN)
     derived = _of_balls(system, columns) if columns else _NOTHING
     parts = [derived.text, *(kind.text() for kind in emitted), _dispatch(kinds, bool(columns))]
     return Equations(
@@ -95,7 +92,7 @@ def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
 
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
     """Return C expressions that read the model's constants, by the names of its inputs."""
-    places = {name: f"b->{name}[i]" for name in COLUMNS}
+    places = {name: f"b->{name}[i]" for name in BALL_COLUMNS}
     for parameter in parameters:
         if parameter.is_of_balls:
             places[parameter.inputs[0]] = f"p->{parameter.name}[i]"
@@ -227,9 +224,8 @@ def _of_balls(system: System, columns: Sequence[str]) -> _Part:
         graph.input(name, Level.PARAMETER, True) for name in ("mass", "radius", "race_radius")
     )
     _, effects = traced_bodies(system, lambda name: graph.input(name, Level.PARAMETER))
-    numbers = of_ball(Ball(m, a), radius, effects)  # type: ignore[arg-type]
-    by_name = dict(zip(COLUMNS, (numbers[k] for k in _OF_BALL), strict=True))
-    roots = [lifted(graph, by_name[name]) for name in columns]
+    constants = of_ball(Ball(m, a), radius, 0.0, effects)  # type: ignore[arg-type]
+    roots = [lifted(graph, getattr(constants, name)) for name in columns]
     stores = [
         Store(x, f"d->balls.{name}[i]", True)
         for x, name in zip(without_cosines(roots), columns, strict=True)
@@ -238,10 +234,6 @@ def _of_balls(system: System, columns: Sequence[str]) -> _Part:
     lines = c_statements(stores, places)
     head = "/* Derived constants of the balls. */\nstatic void derive_balls"
     return _Part(function(head, "struct drive *d", lines, (0, 0)), _read_by(roots))
-
-
-_OF_BALL = [*FORMULA_COLUMNS[:-1], 0]
-"""Position of each column in the result of ``of_ball``, which has no height."""
 
 
 def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:

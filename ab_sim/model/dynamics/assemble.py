@@ -9,7 +9,6 @@ from ab_sim.base.errors import SceneError
 from ab_sim.model.dynamics import registry
 from ab_sim.model.dynamics.at_rest import Linearised
 from ab_sim.model.dynamics.system import (
-    BALL_CONSTANTS,
     DISCRETE_COLUMNS,
     FIRST_TURNS,
     JOINED,
@@ -56,19 +55,17 @@ def system_of(scene: Scene, energy_balance: bool = False) -> System:
 
 def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
     """Return the constants of all balls, ``System.balls``."""
+    balls, race = scene.balls, scene.race
+    columns = zip(balls.masses, balls.radii, balls.races, start_angles(scene), strict=True)
     rows = [
-        (*of_ball(Ball(m, a), scene.race.radius, effects), scene.race.heights[race])
-        for m, a, race in zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
+        (*of_ball(Ball(m, a), race.radius, race.heights[k], effects)[1:], reduced(angle)[1])
+        for m, a, k, angle in columns
     ]
-    constants = np.array(rows).reshape(len(rows), BALL_CONSTANTS)
-    constants[:, FIRST_TURNS] = [reduced(angle)[1] for angle in start_angles(scene)]
-    return constants
+    return np.array(rows, float).reshape(len(rows), FIRST_TURNS + 1)
 
 
-def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[float, ...]:
-    """Return the columns of ``System.balls`` for one ball, without the race's height.
-
-    The turns in the ball's start angle are set to 0.
+def of_ball(ball: Ball, radius: float, height: float, effects: tuple[object, ...]) -> BallConstants:
+    """Return the constants of one ball.
 
     Parameters
     ----------
@@ -76,13 +73,16 @@ def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[flo
         Mass [kg] and radius [m] of the ball.
     radius
         Radius of the race [m].
+    height
+        Height of the race along the shaft [m].
     effects
         The scene's effects. Their numbers and the ball's may be columns, shape (runs,).
     """
     m, a = ball
     spin = over_effects(effects, "ball_inertia", 0.0, ball)
     lever = m * radius - spin * a if has_spin(effects) else m * radius
-    return (m, a, m + spin, 1.0 / (m + spin), m * radius, lever, 0.0, radius, 1.0 / radius)
+    mobility, curvature = 1.0 / (m + spin), 1.0 / radius
+    return BallConstants(1, m, a, m + spin, mobility, m * radius, lever, radius, curvature, height)
 
 
 def start_state(scene: Scene, system: System) -> np.ndarray:

@@ -6,25 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.model.equations.motion import BallConstants
+from ab_sim.model.equations.motion import BALL_COLUMNS, BallConstants
 from ab_sim.model.equations.sums import any_has, over_effects
 
-MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
-RACE_RADIUS, _RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
-"""Columns of System.balls:
-
-- MASS: m_i [kg].
-- RADIUS: a_i [m].
-- ROLLING_MASS: mu_i = m_i + I_i/a_i^2 [kg], with I_i = 0 without rolling.
-- MOBILITY: 1/mu_i [1/kg].
-- MOMENT: m_i R [kg m].
-- ROUND_LEVER: m_i R - (I_i/a_i^2) a_i [kg m], the coefficient of the spindle's acceleration in the
-  ball's equation on a round race.
-- FIRST_TURNS: whole turns in the ball's start angle.
-- RACE_RADIUS, RACE_CURVATURE: radius R of its race [m], 1/R [1/m].
-- RACE_HEIGHT: height of its race along the shaft [m].
-"""
-BALL_CONSTANTS = 10
+(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, LEVER, RACE_RADIUS, RACE_CURVATURE, HEIGHT,
+ FIRST_TURNS) = range(len(BALL_COLUMNS) + 1)  # fmt: skip
+"""Columns of System.balls: ``BALL_COLUMNS``, then the whole turns in the ball's start angle."""
 ORDER, SPACING = 0, 1
 """Columns of System.contacts: number of the ball at this place of the row; distance along the race
 from this ball to the next one when they touch [m]."""
@@ -39,11 +26,6 @@ DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
 - TURNS: whole turns removed from a ball's angle; in the last row, from the spindle's.
 """
 DISCRETE_COLUMNS = 4
-FORMULA_COLUMNS = (
-    *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
-    *(RACE_RADIUS, _RACE_CURVATURE, RACE_HEIGHT),
-)
-"""Columns of System.balls, in the order of ``equations.motion.BallConstants``."""
 EVENTFUL = {
     "friction_coefficient": "balls stick and slip",
     "restitution": "balls collide",
@@ -58,7 +40,7 @@ class System(NamedTuple):
     deck_model: Any
     """Deck and rotor: an instance of a deck model, see ``ab_sim.model.equations.planar``."""
     balls: np.ndarray
-    """Constants of the balls, shape (n, BALL_CONSTANTS), columns as above."""
+    """Constants of the balls, shape (n, FIRST_TURNS + 1), columns as above."""
     contacts: np.ndarray
     """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
     at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
@@ -84,8 +66,8 @@ class System(NamedTuple):
 
 
 def constants_of_balls(system: System) -> np.ndarray:
-    """Return the balls' constants that formulas use, shape (columns of ``BallConstants``, n)."""
-    return system.balls.T[list(FORMULA_COLUMNS)]
+    """Return the balls' constants that formulas use, shape (``BALL_COLUMNS``, n)."""
+    return system.balls.T[:FIRST_TURNS].copy()
 
 
 def has_friction(effects: tuple[Any, ...]) -> bool:

@@ -81,6 +81,10 @@ class BallConstants(NamedTuple):
         return Ball(self.mass, self.radius)
 
 
+BALL_COLUMNS = BallConstants._fields[1:]
+"""Constants of each ball: columns of arrays, in this order."""
+
+
 class OnRace(NamedTuple):
     """Positions of the balls on the race; each is a number per ball."""
 

@@ -5,7 +5,15 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.equilibria.resting import resting_system
-from ab_sim.model.dynamics.system import MASS, MOBILITY, MOMENT, RACE_RADIUS, ROLLING_MASS, System
+from ab_sim.model.dynamics.system import (
+    MASS,
+    MOBILITY,
+    MOMENT,
+    RACE_CURVATURE,
+    RACE_RADIUS,
+    ROLLING_MASS,
+    System,
+)
 from ab_sim.model.equations.effects import HardeningSuspension, Suspension
 from ab_sim.scene import Scene, check_scene
 
@@ -76,7 +84,7 @@ def altered(system: System, draw: np.random.Generator) -> System:
     balls = np.repeat(system.balls[:1], n, axis=0)
     balls[:, MASS], balls[:, ROLLING_MASS] = masses, ROLLING * masses
     balls[:, MOBILITY], balls[:, MOMENT] = 1.0 / (ROLLING * masses), masses * R
-    balls[:, RACE_RADIUS], balls[:, RACE_RADIUS + 1] = R, 1.0 / R
+    balls[:, RACE_RADIUS], balls[:, RACE_CURVATURE] = R, 1.0 / R
     c = 2.0 * (M * k) ** 0.5 * 10.0 ** draw.uniform(-3, 0)
     k3 = 0.0 if draw.random() < 0.5 else k / (e * 10.0 ** draw.uniform(0, 2)) ** 2
     own = {"Suspension": Suspension(k, c), "HardeningSuspension": HardeningSuspension(k3)}

@@ -12,6 +12,7 @@ from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import field_at, resting_system, rotor_of, state_of
 from ab_sim.analysis.equilibria.sticking import sticking
 from ab_sim.base.errors import SceneError
+from ab_sim.model.dynamics.system import RACE_RADIUS
 from ab_sim.model.equations.effects import (
     BallSpin,
     RaceRunout,
@@ -94,7 +95,7 @@ def test_they_satisfy_the_equations() -> None:
             terms += [rotor.cubic_stiffness * W**3 / rotor.mass]
             scale = max(terms)
             slope = field.slope(0.0, state_of(system, speed, u, theta))
-            length = system.balls[0, 7]
+            length = system.balls[0, RACE_RADIUS]
             errors = [abs(slope[:2]).max() / abs(speed), abs(slope[2:4]).max()]
             errors += [abs(slope[4 + len(theta) :]).max() * length]
             states += 1

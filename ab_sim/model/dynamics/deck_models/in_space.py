@@ -10,8 +10,8 @@ from ab_sim.base.errors import SceneError
 from ab_sim.model.dynamics.at_rest import Linearised, place_at_rest
 from ab_sim.model.dynamics.registry import IN_SPACE, DeckFromScene, register_deck_model
 from ab_sim.model.dynamics.system import (
+    HEIGHT,
     MASS,
-    RACE_HEIGHT,
     RACE_RADIUS,
     RADIUS,
     System,
@@ -155,7 +155,7 @@ def _yields_of(system: System) -> list[np.ndarray]:
     for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False):
         c, s = math.cos(along), math.sin(along)
         mass, ways = bare.copy(), []
-        for m, radius, height in system.balls[:, [MASS, RACE_RADIUS, RACE_HEIGHT]]:
+        for m, radius, height in system.balls[:, [MASS, RACE_RADIUS, HEIGHT]]:
             moves = np.hstack([np.eye(3), -_cross(np.array([radius * c, radius * s, height]))])
             mass += m * moves.T @ moves
             ways.append(np.array([-s, c, 0.0]) @ moves)
@@ -241,7 +241,7 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
     deck = system.deck_model
     xx, yy, tall, _, _, _ = deck.rotor_second
     ring, lift = 0.5 * (xx + yy), deck.rotor_first_z
-    for i, (m, radius, height) in enumerate(system.balls[:, [MASS, RACE_RADIUS, RACE_HEIGHT]]):
+    for i, (m, radius, height) in enumerate(system.balls[:, [MASS, RACE_RADIUS, HEIGHT]]):
         ring += 0.5 * m * radius**2
         tall += m * height**2
         lift += m * height
