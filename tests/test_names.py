@@ -198,3 +198,36 @@ def test_what_only_its_own_file_uses_begins_with_an_underscore() -> None:
         if not name.startswith("_") and not users[name] - {path}
     ]
     assert only_own == []
+
+
+PRIVATE = re.compile(r"_[^_]\w*")
+ALLOWED = {
+    *("_asdict", "_field_defaults", "_fields", "_make", "_replace"),  # public names of NamedTuple
+    *("_repr_html_", "_repr_png_"),  # public names of IPython
+    "_next",  # of FairLock: only this lock tells that a thread waits
+}
+"""Names with an underscore that tests use on objects other than ``self``."""
+
+
+def private_names(path: Path) -> Iterator[str]:
+    """Yield private attributes, imports and texts for ``setattr`` in a file of tests."""
+    for node in nodes(path):
+        if isinstance(node, ast.Attribute):
+            owner = node.value.id if isinstance(node.value, ast.Name) else ""
+            yield from [node.attr] if owner not in ("self", "cls") else []
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("ab_"):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.Call) and "attr" in ast.unparse(node.func):
+            texts = (x.value for x in node.args if isinstance(x, ast.Constant))
+            yield from (x.rpartition(".")[2] for x in texts if isinstance(x, str))
+
+
+def test_tests_use_no_private_names() -> None:
+    """Observe public behaviour, or give the name without an underscore, instead."""
+    used = {
+        (str(path.relative_to(ROOT)), name)
+        for path in (ROOT / "tests").rglob("*.py")
+        for name in private_names(path)
+        if PRIVATE.fullmatch(name) and name not in ALLOWED
+    }
+    assert used == set()

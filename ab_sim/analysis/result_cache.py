@@ -136,7 +136,7 @@ def results_folder() -> Path | None:
     """Return the user's cache folder, created if needed; None if there is no safe place."""
     folder = cache_folder()
     if folder is None:
-        _say(
+        logging.getLogger("ab_sim").warning(
             "results are not cached: no folder is writable by you alone; name one in the "
             "environment variable XDG_CACHE_HOME"
         )

@@ -331,7 +331,7 @@ class StartUp:
         Without an estimate, continue to the final speed.
         """
         settings, observer = self.settings, self.observer
-        goal = self._goal()
+        goal = self.dwell_speed()
         if self.state is State.RUN_UP:
             is_known = observer.known == 1.0 and (
                 observer.critical_deviation < chosen.KNOWN_CRITICAL * observer.critical
@@ -366,7 +366,7 @@ class StartUp:
         # The dwell ends if the balls circulate however far the speed moves away, if q has stopped
         # falling, if time is over, or if q is small enough.
         net = self._net(observer.fast)
-        self._ramp(self._goal(), self.settings.acceleration)
+        self._ramp(self.dwell_speed(), self.settings.acceleration)
         if (
             self._nudge >= chosen.AWAY
             or self._stagnant > self._patience()
@@ -433,7 +433,7 @@ class StartUp:
         """Return the longest allowed stagnation, in units of time."""
         return chosen.STAGNANT + chosen.STAGNANT_PER_NET * self._net(self.observer.fast)
 
-    def _goal(self) -> float:
+    def dwell_speed(self) -> float:
         """Return the speed to dwell at [rad/s].
 
         At the ratio r of speed to critical speed the whirl is |q| r^2 / (r^2 - 1). Its phase

@@ -156,7 +156,7 @@ def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:
     one, other = (int(np.count_nonzero(x & ~y)) for x, y in ((first, second), (second, first)))
     neither = len(first) - both - one - other
     a, b = share_of(first), share_of(second)
-    phi = _correlation(both, one, other, neither)
+    phi = corrected_correlation(both, one, other, neither)
 
     def width(x: float, y: float) -> float:
         """Combine the widths of both intervals, which are correlated by phi."""
@@ -196,7 +196,7 @@ def paired_difference(first: np.ndarray, second: np.ndarray) -> MeanInterval | N
     )
 
 
-def _correlation(both: int, one: int, other: int, neither: int) -> float:
+def corrected_correlation(both: int, one: int, other: int, neither: int) -> float:
     """Return the correlation phi of two outcomes, with Newcombe's continuity correction.
 
     Parameters

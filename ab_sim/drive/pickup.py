@@ -197,7 +197,7 @@ class Pickup:
         if count == 0:
             return np.empty((0, self.axes))
         if self._noise_size:
-            force += self._noise(first_step, count)
+            force += self.noise(first_step, count)
         passed = self._pass(force)
         every = self.steps_per_sample
         digitised = np.vstack((self._reading, self._digits(passed[-first_step % every :: every])))
@@ -224,7 +224,7 @@ class Pickup:
         turned = cosine * x + sine * y, cosine * y - sine * x
         return np.column_stack((*turned, *force.T[2:]))
 
-    def _noise(self, first_step: int, count: int) -> np.ndarray:
+    def noise(self, first_step: int, count: int) -> np.ndarray:
         """Return the noise of consecutive steps [m/s^2], shape (count, axes)."""
         start = first_step % NOISE_BLOCK
         blocks = range(first_step // NOISE_BLOCK, (first_step + count - 1) // NOISE_BLOCK + 1)

@@ -293,7 +293,7 @@ class StagedFit:
                     whole.runs += shorter.runs
                 ends.append(minimise(part, begin, felt, _SEARCH_STEPS * 3))
             bests.append(min(ends, key=lambda end: end.cost))
-            if _is_settled(part, bests):
+            if at_noise_or_twice(part, bests):
                 break
         else:
             self.disagreements.append("recordings without balls")
@@ -340,7 +340,7 @@ class StagedFit:
             bests.append(fits[0])
             self.best[places] = min(bests, key=lambda fit: fit.cost).values
             before = part.runs
-            is_settled = _is_settled(part, bests)
+            is_settled = at_noise_or_twice(part, bests)
             whole.runs += part.runs - before
             if is_settled:
                 return
@@ -365,7 +365,7 @@ class StagedFit:
         return starts
 
 
-def _is_settled(part: Problem, bests: Sequence[Fitted]) -> bool:
+def at_noise_or_twice(part: Problem, bests: Sequence[Fitted]) -> bool:
     """Return whether the best minimum is at noise level, or was found by two draws."""
     best, *others = sorted(bests, key=lambda fit: fit.cost)
     numbers = sum(measured.count for measured in part.recordings)

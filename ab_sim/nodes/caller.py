@@ -59,16 +59,16 @@ class Caller:
         init_ros(["ab-sim"])
         # ROS tools hide names with a leading underscore. With the process id, the names of several
         # callers differ.
-        self._node = rclpy.create_node(
+        self.node = rclpy.create_node(
             f"_ab_sim_{os.getpid()}", enable_rosout=False, start_parameter_services=False
         )
         self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self._node)
+        self._executor.add_node(self.node)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._executor.shutdown()
-        if completes(self._node.destroy_node):
+        if completes(self.node.destroy_node):
             rclpy.try_shutdown()
         else:
             interruption.leave_at_exit()
@@ -96,16 +96,16 @@ class Caller:
             and services.
         """
         for name, kind in services.items():
-            self._clients[name] = self._node.create_client(kind, f"{node}/{name}")
+            self._clients[name] = self.node.create_client(kind, f"{node}/{name}")
         clients = self._clients.values()
-        if not self._until(lambda: all(c.service_is_ready() for c in clients), self._timeout):
+        if not self.wait_until(lambda: all(c.service_is_ready() for c in clients), self._timeout):
             missing = [n for n, client in self._clients.items() if not client.service_is_ready()]
             raise InputError(self._not_offered_text(node, missing[0]))
         if urgent:
             return
-        self._until(lambda: False, _ACQUAINTED)  # long enough to discover a second server, too
+        self.wait_until(lambda: False, _ACQUAINTED)  # long enough to discover a second server, too
         for name in services:
-            if (count := self._node.count_services(f"{node}/{name}")) > 1:
+            if (count := self.node.count_services(f"{node}/{name}")) > 1:
                 raise InputError(
                     f"{count} nodes offer {node}/{name}; end all but one, or give them namespaces"
                 )
@@ -133,7 +133,7 @@ class Caller:
         while True:
             future = client.call_async(request)
             remaining = end - time.monotonic()
-            if self._until(future.done, min(again, remaining) if again else remaining):
+            if self.wait_until(future.done, min(again, remaining) if again else remaining):
                 return future.result()
             if time.monotonic() >= end:
                 raise AbSimError(
@@ -186,13 +186,13 @@ class Caller:
     def nodes(self) -> dict[str, list[str]]:
         """Return the discovered nodes with the names of their services."""
         nodes: dict[str, list[str]] = {}
-        for name, namespace in self._node.get_node_names_and_namespaces():
+        for name, namespace in self.node.get_node_names_and_namespaces():
             if name.startswith("_"):
                 continue
             whole = f"{namespace.rstrip('/')}/{name}"
             # The node may have exited since it was listed.
             with contextlib.suppress(Exception):
-                offers = self._node.get_service_names_and_types_by_node(name, namespace)
+                offers = self.node.get_service_names_and_types_by_node(name, namespace)
                 mine = [service.removeprefix(f"{whole}/") for service, _ in offers]
                 nodes[whole] = sorted(service for service in mine if "/" not in service)
         return nodes
@@ -209,7 +209,7 @@ class Caller:
             for health in topics.DIAGNOSTICS.sample(message):
                 received[health.node] = health
 
-        topics.DIAGNOSTICS.subscription(self._node, receive)
+        topics.DIAGNOSTICS.subscription(self.node, receive)
 
         def all_received() -> bool:
             return self._all_discovered() and all(
@@ -219,9 +219,9 @@ class Caller:
         end = time.monotonic() + self._timeout
         # Besides this process, there are other participants; their topics are discovered later.
         if participants_here() != 1:
-            self._until(all_received, self._timeout)
+            self.wait_until(all_received, self._timeout)
             self._await_services(end)
-            self._until(all_received, end - time.monotonic())
+            self.wait_until(all_received, end - time.monotonic())
         return received
 
     def _await_services(self, end: float) -> None:
@@ -232,16 +232,16 @@ class Caller:
         discovered = None
         while discovered is None or (discovered != self.nodes() and time.monotonic() < end):
             discovered = self.nodes()
-            self._until(lambda: False, _ACQUAINTED)
+            self.wait_until(lambda: False, _ACQUAINTED)
 
     def _all_discovered(self) -> bool:
         """Return whether there are as many discovered nodes as DDS participants on this machine."""
         there = participants_here()
-        return there is not None and len(self._node.get_node_names()) >= there
+        return there is not None and len(self.node.get_node_names()) >= there
 
     def _diagnostics_publishers(self) -> list[str]:
         """Return the full names of the nodes that publish diagnostics."""
-        publishers = self._node.get_publishers_info_by_topic(topics.DIAGNOSTICS.name)
+        publishers = self.node.get_publishers_info_by_topic(topics.DIAGNOSTICS.name)
         return [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in publishers]
 
     @property
@@ -265,7 +265,7 @@ class Caller:
             return text + f"{', '.join(able)} offers it: choose with --namespace and --node"
         return text + f"found {', '.join(nodes)}; choose one with --namespace and --node"
 
-    def _until(self, condition: Callable[[], Any], seconds: float) -> bool:
+    def wait_until(self, condition: Callable[[], Any], seconds: float) -> bool:
         """Process messages until a condition is true; return whether it is in time [s]."""
         end = time.monotonic() + seconds
         while not condition():
@@ -374,17 +374,17 @@ class SpeedCaller(Caller):
             topic._replace(name=topic.within(namespace))
             for topic in (topics.COMMAND, topics.JOINT_STATES)
         )
-        topics.DIAGNOSTICS.subscription(self._node, receive)
+        topics.DIAGNOSTICS.subscription(self.node, receive)
         joints.subscription(
-            self._node, lambda message: speeds.append(joints.sample(message).spindle_speed)
+            self.node, lambda message: speeds.append(joints.sample(message).spindle_speed)
         )
-        publisher = topic.publisher(self._node)
+        publisher = topic.publisher(self.node)
 
-        if not self._until(lambda: healths and _counts(healths[-1]), self._timeout):
+        if not self.wait_until(lambda: healths and _counts(healths[-1]), self._timeout):
             raise InputError(self._no_drive_text(node, healths))
         if healths[-1].message == INACTIVE:
             raise Refused(f"{node}: {INACTIVE}; nothing was commanded")
-        if not self._until(publisher.get_subscription_count, self._timeout):
+        if not self.wait_until(publisher.get_subscription_count, self._timeout):
             raise Refused(f"{node} does not subscribe to {topic.name} (waited {self._timeout:g} s)")
         limits = _limits(healths[-1])
         if abs(speed) > limits.max_speed * _ROUNDED:
@@ -394,12 +394,14 @@ class SpeedCaller(Caller):
                 f"{node}: commands are ignored after an emergency stop, until reset-emergency-stop"
             )
         # A drive whose time is paused publishes no speed.
-        self._until(lambda: speeds, _SPEED_WAIT)
+        self.wait_until(lambda: speeds, _SPEED_WAIT)
         before, seen = _counts(healths[-1]), len(healths)
         standing_at = speeds[-1] if speeds else None
         publisher.publish(topic.message(speed))
         publisher.wait_for_all_acked(Duration(seconds=_ANSWER))
-        if not self._until(lambda: len(healths) > seen and _counts(healths[-1]) != before, _ANSWER):
+        if not self.wait_until(
+            lambda: len(healths) > seen and _counts(healths[-1]) != before, _ANSWER
+        ):
             raise AbSimError(f"{node} did not report the command within {_ANSWER:g} s")
         health = healths[-1]
         accepted, *others = (now - then for now, then in zip(_counts(health), before, strict=True))

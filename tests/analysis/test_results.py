@@ -123,7 +123,6 @@ def test_without_a_folder_it_goes_on_and_says_so_once(
         (base / "ab_sim").mkdir(mode=0o700, parents=True)
         (base / "ab_sim" / "results").write_text("in the way")
     result_cache.results_folder.cache_clear()
-    result_cache._say.cache_clear()
     try:
         with caplog.at_level(logging.WARNING):
             for _ in range(2):

@@ -142,7 +142,7 @@ def test_states_branches_and_counts_are_those_of_drives(name: str) -> None:
     keys = [run.step_plan_key for run in runs]
     for _ in range(2):  # nothing is left of the first time
         sound, _ = group.run(LaneStarts.of(runs), keys, samples)
-    (work,) = group._works.values()
+    (work,) = group.works.values()
     assert sound.tolist() == [steps] * 8
     for lane, run in enumerate(runs):
         drive, alone = Drive(run.scene), work.alone[lane]

@@ -135,10 +135,11 @@ def test_without_a_compiler_it_has_its_sources(plane: Fmu, monkeypatch: pytest.M
     assert names(found.content) == [n for n in names(plane.content) if "binaries" not in n]
 
 
+@needs_compiler
 def test_a_compiler_that_fails_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(made_by, "FLAGS", ("--no-such-flag",))
     with pytest.raises(InputError, match="FMU's binary: .*no-such-flag"):
-        made_by._binary({"drive.c": "", "fmu.c": ""})
+        fmu_of(sources_of(PLANE), "drive")
 
 
 def test_a_file_s_name_becomes_a_name_in_c() -> None:

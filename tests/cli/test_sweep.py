@@ -1,6 +1,7 @@
 """`ab-sim sweep` as its users run it: files, pictures, errors, and an end at any instant."""
 
 import json
+import re
 import signal
 from pathlib import Path
 
@@ -19,11 +20,11 @@ def test_a_grid_is_shown_drawn_and_written(tmp_path: Path) -> None:
     done = ab_sim(
         "sweep", "thesis-hold", *SHORT, "--over", MASSES, "--over", "start.speed=0,20,40 rad/s",
         "--metrics", "peak_whirl_over_e,settled,final_tilt", "--json", "s.json",
-        "--parquet", "s.parquet", "--csv", "s.csv", "--plot", "s.png", cwd=tmp_path,
+        "--parquet", "s.parquet", "--csv", "s.csv", "--plot", "s.png", "--units", "g", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "18 runs" in done.stdout and "best peak_whirl_over_e [e]: " in done.stdout
-    assert "balls.mass=" in done.stdout and "Traceback" not in done.stderr
+    assert re.search(r": balls\.mass=[\d.]+ g,", done.stdout) and "Traceback" not in done.stderr
     report = json.loads((tmp_path / "s.json").read_text())
     found = package.open_sweep(tmp_path / "s.parquet")
     assert report["runs"]["peak_whirl_over_e"] == found["peak_whirl_over_e"].tolist()

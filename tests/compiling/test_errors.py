@@ -120,7 +120,7 @@ def test_errors(tmp_path: Path, body: str, line: int, what: str, instead: str) -
     text += textwrap.indent(body, "    ") + "\n    return 0.0\n"
     module = made(tmp_path, text)
     with pytest.raises(Untranslatable) as error:
-        compiled(module.faulty)._entry()
+        compiled(module.faulty).bind(0.0)
     message = str(error.value)
     if "with_default" not in body:
         assert f"example.py:{HEAD.count(chr(10)) + 1 + line}: in faulty: " in message
@@ -142,4 +142,4 @@ def test_errors(tmp_path: Path, body: str, line: int, what: str, instead: str) -
 )
 def test_errors_of_whole_functions(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(Untranslatable, match=re.escape(message)):
-        compiled(made(tmp_path, text).faulty)._entry()
+        compiled(made(tmp_path, text).faulty).bind(0.0)

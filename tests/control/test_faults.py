@@ -189,4 +189,4 @@ def test_after_a_long_gap_the_motion_is_found_again(axes: int) -> None:
             time + later, angle + speed * later, speed, readings[0] + 1e-6, readings[1] + 1e-6
         )
         assert (good, reason) == (True, Reason.NONE)
-        assert [axis.known for axis in other._axes] == [known] * axes
+        assert other.known == known

@@ -81,8 +81,12 @@ def test_later_dwells_try_four_distances_in_turn() -> None:
     seen = start_up.observer
     seen.known, seen.critical, seen.damping, seen.scale = 1.0, 100.0, 15.0, 1.0
     for retries, lag in zip(range(1, 9), (1.0, 1.25, 0.75, 1.5) * 2, strict=True):
-        start_up._retries = float(retries)
-        assert start_up._goal() == pytest.approx(100.0 * math.sqrt(1.0 + 0.15 / lag), rel=1e-12)
+        numbers, own = start_up.state_numbers(), -len(seen.numbers())
+        start_up.restore((*numbers[: own - 1], float(retries), *numbers[own:]))
+        assert start_up.retries == retries
+        assert start_up.dwell_speed() == pytest.approx(
+            100.0 * math.sqrt(1.0 + 0.15 / lag), rel=1e-12
+        )
 
 
 def test_each_decision_comes_once() -> None:

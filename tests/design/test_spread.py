@@ -282,7 +282,7 @@ def test_files_and_reports_have_it_all(tmp_path: Path) -> None:
     assert report["balanced"] == found.balanced.tolist()
     assert report["share"]["balanced"] == int(found.balanced.sum())
     assert yaml.safe_load(yaml.safe_dump(report["worst"]))[0]["run"] == found.worst[0].run
-    assert found._columns()["meets_criterion"].values == found.balanced.tolist()
+    assert found.to_dataframe()["meets_criterion"].tolist() == found.balanced.tolist()
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from scipy import stats
 from ab_sim.base.errors import InputError
 from ab_sim.design.statistics import (
     SobolIndex,
-    _correlation,
+    corrected_correlation,
     paired_difference,
     paired_shares,
     quantile_of,
@@ -29,9 +29,9 @@ def is_often(hits: np.ndarray) -> bool:
 
 def test_the_correlation_of_two_outcomes_is_corrected_for_continuity() -> None:
     """Newcombe (1998), Statist. Med. 17, 2635, method 10: half of all runs is taken off."""
-    assert _correlation(8, 2, 1, 9) == pytest.approx((72 - 2 - 20 / 2) / math.sqrt(9900))
-    assert _correlation(2, 8, 9, 1) == pytest.approx((2 - 72) / math.sqrt(9900))
-    assert _correlation(5, 5, 5, 5) == 0.0 == _correlation(10, 0, 0, 0)
+    assert corrected_correlation(8, 2, 1, 9) == pytest.approx((72 - 2 - 20 / 2) / math.sqrt(9900))
+    assert corrected_correlation(2, 8, 9, 1) == pytest.approx((2 - 72) / math.sqrt(9900))
+    assert corrected_correlation(5, 5, 5, 5) == 0.0 == corrected_correlation(10, 0, 0, 0)
 
 
 @pytest.mark.parametrize(("share", "runs"), [(0.5, 400), (0.9, 400), (0.03, 1000)])

@@ -198,11 +198,13 @@ def test_a_speed_that_drifts_leads_it_nowhere(adaptive: Scene) -> None:
         assert run["speed"].min() >= 0.0
 
 
-def test_what_the_spindle_may_not_do_is_not_followed(adaptive: Scene) -> None:
+def test_what_the_spindle_may_not_do_is_not_followed(
+    adaptive: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """As live: the drive refuses a command beyond its limits, and stays as it was."""
     drive = led(adaptive, 400)
     before = drive.snapshot().command
-    run_of(drive).start_up._command = 1e4
+    monkeypatch.setattr(StartUp, "command", lambda *_: 1e4)
     drive.advance(5)
     assert drive.snapshot().command == before and drive.controller is not None
 

@@ -117,7 +117,7 @@ def test_two_draws_agree_within_one_percent_or_one_reaches_the_noise() -> None:
         ((9.0, 9.08), True), ((9.0, 20.0, 9.08), True), ((9.0, 9.2), False),
     ):  # fmt: skip
         bests = [stages.Fitted(part.start, cost * noise) for cost in costs]
-        assert stages._is_settled(part, bests) is settled
+        assert stages.at_noise_or_twice(part, bests) is settled
 
 
 def test_two_draws_of_equal_cost_agree_only_if_their_signals_do() -> None:
@@ -127,4 +127,4 @@ def test_two_draws_of_equal_cost_agree_only_if_their_signals_do() -> None:
     ):  # fmt: skip
         values = [np.array([0.7, -2.0]), np.array(angles)]
         bests = [stages.Fitted(starts, part.cost(values[0])) for starts in values]
-        assert stages._is_settled(part, bests) is settled
+        assert stages.at_noise_or_twice(part, bests) is settled

@@ -72,7 +72,7 @@ class Fleet:
         self.node = rclpy.create_node("watcher", context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
-        self._publishers: dict[str, Any] = {}
+        self.publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
         """Clients by service."""
         self._ready: dict[str, float] = {}
@@ -255,9 +255,9 @@ class Fleet:
 
     def publish(self, topic: Topic, *messages: Any) -> None:
         """Publish messages on a topic of commands to a drive that listens."""
-        if topic.name not in self._publishers:
-            self._publishers[topic.name] = topic.publisher(self.node)
-        publisher = self._publishers[topic.name]
+        if topic.name not in self.publishers:
+            self.publishers[topic.name] = topic.publisher(self.node)
+        publisher = self.publishers[topic.name]
         self.until(lambda: self._all_hear(publisher), f"the drive listens to {topic.name}")
         for message in messages:
             publisher.publish(message)

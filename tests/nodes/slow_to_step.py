@@ -23,7 +23,7 @@ def slow_down(seconds: float) -> None:
     taken: list[int] = []
 
     def slowly(drive: Drive, steps: int) -> Any:
-        if drive._command == SPEED and not taken:
+        if drive.snapshot().command == SPEED and not taken:
             taken.append(drive.steps)
             print(STALLS, flush=True)
             time.sleep(seconds)

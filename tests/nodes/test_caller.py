@@ -30,10 +30,10 @@ def test_a_flood_of_one_topic_does_not_hold_back_another(
     try:
         with Caller(PATIENCE) as caller:
             for name, received in (("flood", flooded), ("lone", heard)):
-                caller._node.create_subscription(
+                caller.node.create_subscription(
                     Float64, name, lambda m, to=received: to.append(m.data), depth
                 )
-            assert caller._until(
+            assert caller.wait_until(
                 lambda: flood.get_subscription_count() == lone.get_subscription_count() == 1,
                 PATIENCE,
             )
@@ -44,7 +44,7 @@ def test_a_flood_of_one_topic_does_not_hold_back_another(
             for publisher in (flood, lone):
                 assert publisher.wait_for_all_acked(Duration(seconds=PATIENCE))
             while not heard and len(flooded) < FLOOD:
-                caller._until(lambda: bool(heard), 0.02)
+                caller.wait_until(lambda: bool(heard), 0.02)
             assert heard and len(flooded) < FLOOD // 2
     finally:
         rclpy.shutdown(context=context)

@@ -75,7 +75,7 @@ def test_a_velocity_controller_holds_its_speed(drive: Fleet) -> None:
     speeds = [JointSample.of(each).spindle_speed for each in drive.heard["joint_states"][begin:]]
     assert set(speeds) == {4.0} and hardware.sent == sent
     assert drive.value(DRIVE, "watchdog has acted") == "0"
-    drive.node.destroy_publisher(drive._publishers.pop(topics.JOINT_COMMAND.name))
+    drive.node.destroy_publisher(drive.publishers.pop(topics.JOINT_COMMAND.name))
     drive.until(lambda: hardware.state < 4.0, "the watchdog lets it coast")
 
 

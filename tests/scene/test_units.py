@@ -2,6 +2,8 @@
 
 import math
 import re
+import subprocess
+import sys
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -10,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ab_sim.scene import units
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.schema import WITH_UNIT
 from ab_sim.scene.units import KINDS, MOST, NO_UNIT, has_unit, in_si
@@ -80,11 +81,15 @@ def test_numbers_are_round_where_floats_would_not_be() -> None:
 
 
 def test_the_decimals_of_whoever_calls_do_not_matter() -> None:
-    units._units.cache_clear()
-    units._registry.cache_clear()
-    with localcontext(Context(prec=3)):
-        assert in_si("1.23456789 inch", "m") == 0.031358024406
-        assert in_si("45 deg", "rad") == math.pi / 4
+    """Whose context also holds while units are defined, at their first use in a process."""
+    program = """
+import decimal, math
+from ab_sim.scene.units import in_si
+decimal.getcontext().prec = 3
+assert in_si("1.23456789 inch", "m") == 0.031358024406
+assert in_si("45 deg", "rad") == math.pi / 4
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 @pytest.mark.parametrize("row", scene_keys(), ids=lambda row: row.key)

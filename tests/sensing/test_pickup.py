@@ -142,7 +142,7 @@ def test_noise_has_its_density_in_band_and_the_low_passs_shape(bandwidth: float)
 def test_noise_is_normal_and_white_and_differs_between_axes_and_seeds() -> None:
     """Looked at before the low-pass."""
     count, size = 100_000, math.sqrt(0.5 / STEP)
-    drawn = [pickup(noise_density=1.0, seed=seed)._noise(0, count) / size for seed in (0, 1)]
+    drawn = [pickup(noise_density=1.0, seed=seed).noise(0, count) / size for seed in (0, 1)]
     streams = np.column_stack(drawn)
     assert np.abs(np.corrcoef(streams.T) - np.eye(4)).max() < 5 / math.sqrt(count)
     for values in streams.T:

@@ -75,9 +75,9 @@ class Drive:
         self.run = run_of(system, code, address, step, state, discrete, bounds)
         self.width = self.run.ball_column + ANGLE + 2 * self.run.balls.number
         self.width += int(self.run.balls.has_motor)
-        self._advance: Advance = lambda *given: advance(self.run, *given)
+        self.advance: Advance = lambda *given: advance(self.run, *given)
         if translated:
-            self._advance = compiled(advance).bind(self.run)
+            self.advance = compiled(advance).bind(self.run)
         self.done = 0
         self.take(0)
 
@@ -87,7 +87,7 @@ class Drive:
         (leg,) = self.legs
         at = np.searchsorted(leg.table[:, 0], self.done, side="right") - 1
         at = int(np.searchsorted(leg.table[:, 0], leg.table[at, 0]))
-        assert self._advance(leg.table, at, self.done, steps, math.nan, samples) == steps
+        assert self.advance(leg.table, at, self.done, steps, math.nan, samples) == steps
         self.done += steps
         return samples
 
@@ -117,7 +117,7 @@ def test_a_run_may_be_cut_up_anywhere(name: str) -> None:
         (leg,) = parts.legs
         line = leg.table[:, 0].searchsorted(parts.done, side="right") - 1
         given = leg.table, int(line), parts.done, 0, math.nan, present
-        assert parts._advance(*given) == 0
+        assert parts.advance(*given) == 0
         assert parts.now() == before, "to record the present changes nothing"
         # On the profile a time is what it is there: the same but for rounding.
         np.testing.assert_allclose(present[0], pieces[-1][-1], rtol=1e-9, atol=1e-9)
@@ -213,7 +213,7 @@ def test_a_step_ends_whatever_angle_it_begins_with(name: str, angle: float) -> N
     drive = Drive(name)
     drive.run.state[drive.run.balls.first_angle] = angle
     (leg,) = drive.legs
-    taken = drive._advance(leg.table, 0, 0, 5, math.nan, np.zeros((5, drive.width)))
+    taken = drive.advance(leg.table, 0, 0, 5, math.nan, np.zeros((5, drive.width)))
     assert (taken == 5) is (abs(angle) < MOST_ANGLE)
 
 

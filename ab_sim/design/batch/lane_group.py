@@ -202,7 +202,7 @@ class LaneGroup:
 
     def __init__(self, first: PreparedRun, every: int) -> None:
         self._first, self._every = first, every
-        self._works: dict[type, _Work] = {}
+        self.works: dict[type, _Work] = {}
         """Work arrays by type of segment; each type has its own machine code."""
 
     def run(
@@ -225,9 +225,9 @@ class LaneGroup:
             Number of finite steps of each run, shape (8,), and CPU time [s].
         """
         kind, plan = _plan(tuple(keys), self._first.steps)
-        if kind not in self._works:
-            self._works[kind] = self._work(kind)
-        work = self._works[kind]
+        if kind not in self.works:
+            self.works[kind] = self._work(kind)
+        work = self.works[kind]
         _begin(work, starts)
         begin = time.thread_time()
         work.advance(plan, samples)

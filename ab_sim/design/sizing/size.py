@@ -166,11 +166,11 @@ def _sized(specification: DriveSpecification, running: Running) -> Sizing:
     candidates = tuple(sized_balls(count, specification) for count in specification.counts)
     tried: list[tuple[int, SpreadRuns]] = []
     for sized in _ranked(candidates):
-        without = _run(sized, None, specification, running)
+        without = run_in_parts(sized, None, specification, running)
         hold, runs = None, without
         if without.share.value < specification.share:
             for hold in _holds(specification):
-                runs = _run(sized, hold, specification, running)
+                runs = run_in_parts(sized, hold, specification, running)
                 if runs.share.value >= specification.share:
                     break
         if runs.share.value < specification.share:
@@ -262,7 +262,7 @@ def _scene(sized: SizedBalls, hold: Hold | None, specification: DriveSpecificati
     return with_contact(scene_of(sized.balls, specification, sized.drag, hold))
 
 
-def _run(
+def run_in_parts(
     sized: SizedBalls, hold: Hold | None, specification: DriveSpecification, running: Running
 ) -> SpreadRuns:
     """Run a design over its spread; stop after a part of the runs that rules it out."""

@@ -1,6 +1,7 @@
 """Eigenvalues and verdicts against an independent formulation and against simulation."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,10 +134,13 @@ def test_what_does_not_reach_the_deck_decouples(monkeypatch: pytest.MonkeyPatch)
     scene, speed = drive(m=(1.5e-3 / 12,) * 12), 130.0
     system = resting_system(scene)
     sizes = []
-    small = states_module._eigenvalues
-    monkeypatch.setattr(
-        states_module, "_eigenvalues", lambda matrix: sizes.append(len(matrix)) or small(matrix)
-    )
+    eig = states_module.eig
+
+    def counted(matrix: np.ndarray, **sides: bool) -> Any:
+        sizes.append(len(matrix))
+        return eig(matrix, **sides)
+
+    monkeypatch.setattr(states_module, "eig", counted)
     balanced = [s for s in equilibria_of(scene, speed).branches if s.label.startswith("balanced")]
     assert len(balanced) == 3 and max(sizes) <= 12
     for state in balanced:

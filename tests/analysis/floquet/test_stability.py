@@ -71,7 +71,7 @@ def test_the_quaternion_s_length_is_left_out_and_would_have_been_a_one() -> None
     assert not found.balanced, "a race at another height than the unbalance"
     assert len(found.multipliers) == 16 and len(found.state_names) == 17
     turn = TurnMap(scene, 400.0)
-    flown = turn._flow.over(found.orbit.start, turn.period, found.orbit.steps)
+    flown = turn.integrate(found.orbit.start, turn.period, found.orbit.steps)
     whole = np.linalg.eigvals(flown.matrix)
     assert multiplier_distance(whole, np.append(found.multipliers, 1.0)) < 1e-9
 

@@ -98,7 +98,7 @@ def test_a_hold_is_as_short_as_it_may_be(monkeypatch: pytest.MonkeyPatch) -> Non
     def run(sized: Any, hold: Hold | None, *_: Any) -> SpreadRuns:
         return runs_with(95 if hold is not None and hold.duration > 0.5 else 40)
 
-    monkeypatch.setattr(sizing, "_run", run)
+    monkeypatch.setattr(sizing, "run_in_parts", run)
     monkeypatch.setattr(sizing, "window_runs", lambda *_: _at_drags())
     found = sizing.run_sizing(wanted(balls=[5]), HERE)
     assert found.hold == pytest.approx(Hold(105.0, 0.6)) and found.scene is not None
@@ -121,7 +121,7 @@ def test_a_hold_must_reach_the_share_in_a_part_of_the_runs(
     monkeypatch.setattr(sizing, "run_share", run)
     sized, asked = sizing.sized_balls(5, wanted(balls=[5])), wanted(balls=[5])
     for hold in (None, HOLD):
-        sizing._run(sized, hold, asked, HERE._replace(runs=400))
+        sizing.run_in_parts(sized, hold, asked, HERE._replace(runs=400))
     assert lengths == {None: [25, 100, 400], HOLD: [25, 100]}
 
 
@@ -149,7 +149,7 @@ def _at_drags() -> dict[str, sizing.DragRuns]:
 
 
 def test_what_runs_contradict_is_not_sized(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sizing, "_run", lambda *_: runs_with(40))
+    monkeypatch.setattr(sizing, "run_in_parts", lambda *_: runs_with(40))
     found = sizing.run_sizing(wanted(balls="5..6"), HERE)
     assert not found.found and [count for count, _ in found.tried] == [5, 6]
     said = sizing.sizing_failure(found)
@@ -172,7 +172,7 @@ def test_holds_are_named_only_where_they_were_tried(
         tried.append(hold)
         return runs_with(40)
 
-    monkeypatch.setattr(sizing, "_run", run)
+    monkeypatch.setattr(sizing, "run_in_parts", run)
     monkeypatch.setattr(sizing, "sized_balls", lambda *_: sized)
     said = sizing.sizing_failure(sizing.run_sizing(wanted(balls=[5], speed=speed), HERE))
     assert tried.count(None) == 1 and len(tried) == 1 + holds
