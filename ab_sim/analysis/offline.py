@@ -302,7 +302,7 @@ def _sample(observation: Observation) -> dict[str, Any]:
         **dict(zip(("vx", "vy", "vz"), velocity, strict=False)),
         "whirl": observation.whirl,
         "theta": observation.theta.tolist(),
-        "ball_rate": observation.ball_rate.tolist(),
+        "theta_rate": observation.theta_rate.tolist(),
         "stuck": observation.stuck.tolist(),
     }
     if len(place) == 3:

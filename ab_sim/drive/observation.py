@@ -83,11 +83,6 @@ class Observation:
         """
         return tilt_of(self.turn)
 
-    @property
-    def ball_rate(self) -> np.ndarray:
-        """Return the absolute angular speeds of the balls [rad/s]."""
-        return self.omega + self.theta_rate
-
 
 class EnergyBalance(NamedTuple):
     """Energy balance since the start [J]: stored = at_start + motor_work - dissipated."""

@@ -25,7 +25,7 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "r.json").read_text())
     assert [sample["t"] for sample in report["samples"]] == [2.5, 3.0, 5.0]
-    keys = "t psi omega u v x y vx vy whirl theta ball_rate stuck once_per_turn phase".split()
+    keys = "t psi omega u v x y vx vy whirl theta theta_rate stuck once_per_turn phase".split()
     assert list(report["samples"][0]) == keys
     first = report["samples"][0]
     assert first["omega"] == 100.0 and first["psi"] == 125.0

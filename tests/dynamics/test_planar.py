@@ -129,7 +129,7 @@ def test_free_deck_keeps_its_momentum(scene: Any) -> None:
     def momentum() -> np.ndarray:
         now = drive.observe()
         psi = now.psi + now.theta
-        velocity = now.velocity[:, None] + 0.01 * now.ball_rate * np.array(
+        velocity = now.velocity[:, None] + 0.01 * (now.omega + now.theta_rate) * np.array(
             [-np.sin(psi), np.cos(psi)]
         )
         return 0.098 * now.velocity + 1e-3 * velocity.sum(axis=1)
