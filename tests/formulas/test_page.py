@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 
 def test_the_page_is_as_the_code_prints_it() -> None:
     page = (ROOT / PAGE).read_text(encoding="utf-8")
-    assert page_from_code(page) == page, f"make it anew: {MAKE}"
+    assert page_from_code(page) == page, f"run {MAKE}"
 
 
 def test_the_planar_equations_in_print_have_all_that_effects_add(
