@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from ab_sim.tracing.expression import ROWS, Expression, reachable_nodes
 from ab_sim.tracing.functions import GROUP, added_up
+from ab_sim.tracing.scheduling import scheduled
 
 
 class Shape(NamedTuple):
@@ -39,6 +40,20 @@ class MemorySlot(NamedTuple):
     """Offset in numbers; a number takes ``lanes`` doubles, or one if the pointer is uniform."""
     stride: int = 1
     """Distance from one ball to the next, in numbers."""
+
+
+class StoredRoot(NamedTuple):
+    """A root and its destination."""
+
+    root: Expression
+    place: MemorySlot
+    per_ball: bool = False
+    """True to store one value per ball even if it is shared."""
+
+
+_ATTRIBUTES = 'nounwind "frame-pointer"="all"'
+"""Attributes of functions. Only with a frame pointer does LLVM align the stack to whole vectors;
+otherwise, most values that do not fit into registers straddle two cache lines."""
 
 
 class Function:
@@ -153,7 +168,7 @@ class Function:
         arguments = [f"ptr noalias %{name}" for name in self.pointers]
         arguments += [f"double %{name}" for name in self.numbers]
         body = "\n".join(f"  {line}" for line in [*self.lines, "ret void"])
-        return f"define void @{self.name}({', '.join(arguments)}) nounwind {{\n{body}\n}}\n"
+        return f"define void @{self.name}({', '.join(arguments)}) {_ATTRIBUTES} {{\n{body}\n}}\n"
 
 
 class Body:
@@ -213,6 +228,23 @@ class Body:
         for k, width in enumerate(shape.widths(x.each or per_ball)):
             self._into.store(self._operand(x, k, width), place, first, width)
             first += 1 if shape.lanes > 1 else width
+
+    def store_all(self, stores: Sequence[StoredRoot]) -> None:
+        """Append stores whose values are computed in an order in which few operations wait.
+
+        A value is stored as soon as it is computed, so no destination may be read later.
+        """
+        waiting: dict[int, list[StoredRoot]] = {}
+        for store in stores:
+            waiting.setdefault(store.root.number, []).append(store)
+        balls = len(self._into.shape.widths(True))
+        for x in scheduled([store.root for store in stores], balls, self._known):
+            self.values(x)
+            for store in waiting.pop(x.number, ()):
+                self.store(*store)
+        for rest in waiting.values():
+            for store in rest:
+                self.store(*store)
 
     def each(self, x: Expression) -> list[str]:
         """Return the names of a node's values for all balls, also if the balls share one value."""

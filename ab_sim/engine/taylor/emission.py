@@ -33,7 +33,15 @@ from ab_sim.engine.taylor.clock import (
 from ab_sim.engine.taylor.series import squared_size, state_coefficients
 from ab_sim.model.equations.sums import over_balls
 from ab_sim.tracing import Expression, Level, lowered, where
-from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, kind, literal, store_lines
+from ab_sim.tracing.llvm_text import (
+    Body,
+    Function,
+    MemorySlot,
+    StoredRoot,
+    kind,
+    literal,
+    store_lines,
+)
 
 SHORTEST, LONGEST = -60.0, 10.0
 """Base-2 logarithms of the shortest and longest length [s]."""
@@ -164,11 +172,14 @@ class TaylorEmission:
         flat = [coefficient for coefficients in series for coefficient in coefficients]
         *lowered_, high, low = lowered([*flat, *sizes])
         count = self._order + 1
-        for k in range(count):
-            for state, name in enumerate(self._model.state_names):
-                of_balls = name in OF_EACH_BALL
-                if self._model.count or not of_balls:
-                    body.store(lowered_[state * count + k], self._slot(name, k), per_ball=of_balls)
+        body.store_all(
+            [
+                StoredRoot(lowered_[state * count + k], self._slot(name, k), name in OF_EACH_BALL)
+                for k in range(count)
+                for state, name in enumerate(self._model.state_names)
+                if self._model.count or name not in OF_EACH_BALL
+            ]
+        )
         squares = {k: body.values(x)[0] for k, x in zip(orders, (high, low), strict=True)}
         length = step_length(into, body.values(self._clock[LOG_TOLERANCE])[0], squares)
         behind = Body(into, body.places, bound={"clock.step_length": [length]})
@@ -274,7 +285,7 @@ class TaylorEmission:
         return self._emission.function(name, pointers, INPUTS, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
-        """Store flags and counts that show whether a state is within its bounds."""
+        """StoredRoot flags and counts that show whether a state is within its bounds."""
         inside = self._model.lifted(1.0)
         for x, bound in zip(state, self._named("bounds", body), strict=True):
             beyond = where(abs(x) < bound, 0.0, self._model.lifted(1.0))
