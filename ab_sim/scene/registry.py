@@ -1,4 +1,4 @@
-"""NamedEntries of the effects that a scene may name.
+"""Registry of the effects that a scene may name.
 
 An effect is a ``NamedTuple`` class. Its fields are its parameters (each a checked number with
 meaning and unit), its docstring states its purpose and source, and its methods are its physics (see

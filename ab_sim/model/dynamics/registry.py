@@ -1,4 +1,4 @@
-"""NamedEntries of the deck models that a scene can name, from the files in ``deck_models/``."""
+"""Registry of the deck models that a scene can name, from the files in ``deck_models/``."""
 
 import functools
 import pkgutil
