@@ -16,7 +16,6 @@ Entries of lists are counted from 0: ``balls.mass.1``, ``mounts.0.stiffness.2``.
 number for all entries, each entry is this number, and changing an entry makes a list.
 """
 
-import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -33,7 +32,6 @@ from ab_sim.scene.changes import value_at
 from ab_sim.scene.keys import SceneKey, key_starts_with, scene_keys
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene.registry import effect_classes
 
 _MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profile")
 """Sections whose numbers act on the motion."""
@@ -167,16 +165,8 @@ def _unit(parts: Sequence[str]) -> str:
 
 def _row(parts: Sequence[str]) -> SceneKey | None:
     """Return the description of a key, split at its dots; None if there is no such key."""
-    rows = (
-        row for row in _rows(tuple(effect_classes())) if key_starts_with(row.key.split("."), parts)
-    )
+    rows = (row for row in scene_keys() if key_starts_with(row.key.split("."), parts))
     return next((row for row in rows if row.key.count(".") == len(parts) - 1), None)
-
-
-@functools.lru_cache(maxsize=1)
-def _rows(effects: tuple[str, ...]) -> list[SceneKey]:
-    """Return all keys, cached for a set of effects because reading the schema takes long."""
-    return scene_keys()
 
 
 def _unknown(scene: Scene, key: str) -> InputError:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ab_sim.base.errors import InputError, exact, short
 from ab_sim.base.registries import registry
-from ab_sim.scene.registry import effect_classes
+from ab_sim.scene.registry import deck_model_ways, effect_classes
 from ab_sim.scene.schema import Schema, bare_schema
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
@@ -50,8 +50,7 @@ def scene_keys(section: str = "") -> list[SceneKey]:
     InputError
         There is no such key; the message names the nearest.
     """
-    schema = bare_schema()
-    rows = _below("", schema, schema["$defs"])
+    rows = _all_keys()
     wanted = section.split(".") if section else []
     chosen = [row for row in rows if key_starts_with(row.key.split("."), wanted)]
     # An entry of a list has its own row only if `section` names an entry of that list.
@@ -64,6 +63,19 @@ def scene_keys(section: str = "") -> list[SceneKey]:
     raise InputError(f"{short(section)}: a scene has no such key{_near(section, rows)}")
 
 
+def _all_keys() -> Sequence[SceneKey]:
+    """Return all keys, which include the parameters of registered effects and steppers."""
+    effects, steppers = effect_classes(), registry("steppers").steppers()
+    return _keys_with(tuple(effects.items()), tuple(steppers.items()), tuple(deck_model_ways()))
+
+
+@functools.lru_cache(maxsize=8)
+def _keys_with(*registered: tuple[Any, ...]) -> tuple[SceneKey, ...]:
+    """Return all keys, cached for what is registered: the schema takes 40 ms."""
+    schema = bare_schema()
+    return tuple(_below("", schema, schema["$defs"]))
+
+
 def key_starts_with(key: Sequence[str], wanted: Sequence[str]) -> bool:
     """Return whether the parts of a row's key begin with those of a key in a scene."""
     return len(wanted) <= len(key) and all(
@@ -72,7 +84,7 @@ def key_starts_with(key: Sequence[str], wanted: Sequence[str]) -> bool:
     )
 
 
-def _near(section: str, rows: list[SceneKey]) -> str:
+def _near(section: str, rows: Sequence[SceneKey]) -> str:
     """Return a hint: keys with a similar spelling, or with this name elsewhere."""
     keys = list(dict.fromkeys(row.key for row in rows))
     alike = difflib.get_close_matches(section, keys, n=3, cutoff=0.75)
@@ -291,12 +303,10 @@ def unit_at(key: Key) -> str:
     str
         "1" for dimensionless numbers; "-" for other values and unknown keys.
     """
-    steppers = registry("steppers").steppers()
-    units_of_keys = _keys_with_units(tuple(effect_classes().items()), tuple(steppers))
     for wanted in (key, key[:-1]) if key[-1].isdecimal() else (key,):
         units = {
             unit
-            for parts, unit in units_of_keys
+            for parts, unit in _units_of_keys(_all_keys())
             if len(parts) == len(wanted) and key_starts_with(parts, wanted)
         }
         if units:  # two steppers may use one name for numbers with different units
@@ -305,9 +315,5 @@ def unit_at(key: Key) -> str:
 
 
 @functools.lru_cache(maxsize=8)
-def _keys_with_units(
-    effects: tuple[Any, ...], steppers: tuple[str, ...]
-) -> tuple[tuple[Key, str], ...]:
-    """Return all keys with their units, cached until an effect or stepper is registered."""
-    rows: list[SceneKey] = scene_keys()
+def _units_of_keys(rows: Sequence[SceneKey]) -> tuple[tuple[Key, str], ...]:
     return tuple((tuple(row.key.split(".")), row.unit) for row in rows)
