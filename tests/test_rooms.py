@@ -9,8 +9,10 @@ import functools
 import importlib.util
 import itertools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+import pytest
 
 import ab_sim
 from ab_sim.base.registries import REGISTRIES
@@ -78,10 +80,10 @@ def modules() -> dict[str, Path]:
     return names
 
 
-def imports(name: str, path: Path) -> Iterator[str]:
-    """Return the full names of the package's modules that a module imports."""
+def imports(name: str, path: Path, statements: Iterable[ast.AST] = ()) -> Iterator[str]:
+    """Return the full names of modules that a module, or some of its statements, imports."""
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    for node in nodes(path):
+    for node in statements or nodes(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -175,6 +177,35 @@ def test_no_circles_within_a_room() -> None:
         for name in free:
             del ahead[name]
     assert not ahead, "these import each other"
+
+
+def imported_together(name: str) -> set[str]:
+    """Return all modules that are imported with a module, without those within functions."""
+    ahead, together = [name], set[str]()
+    while ahead:
+        module = ahead.pop()
+        packages = [module[: end.start()] for end in re.finditer(r"\.", module)]
+        wanted = {module, *packages} - together
+        together |= wanted
+        for own in wanted & MODULES.keys():
+            tree = nodes(MODULES[own])[0]
+            assert isinstance(tree, ast.Module)
+            ahead += imports(own, MODULES[own], tree.body)
+    return together
+
+
+@pytest.mark.parametrize(
+    ("module", "slow"),
+    [
+        ("ab_sim.cli.identify", {"rerun", "rosbags"}),  # for tables of numbers
+        ("ab_sim.cli.run", {"rerun", "rosbags", "scipy", "matplotlib", "plotly"}),
+        ("ab_sim.nodes.drive_sim", {"rerun", "rosbags", "matplotlib", "plotly"}),
+        ("ab_sim.nodes.recorder", {"rosbags", "matplotlib", "plotly"}),  # without a bag
+    ],
+)
+def test_slow_packages_are_imported_on_use(module: str, slow: set[str]) -> None:
+    """Each of them takes 0.2 to 0.6 s to import."""
+    assert not slow & imported_together(module)
 
 
 def test_the_messages_know_nobody() -> None:

@@ -18,8 +18,6 @@ from ab_sim.base.errors import InputError, nearest, short
 from ab_sim.base.files import check_regular
 from ab_sim.base.numbers import number_in
 from ab_sim.drive.trajectory import unit_of
-from ab_sim.record.bags import import_bag
-from ab_sim.record.recording import StoredRun, open_recording
 
 _MOST_ROWS = 1_000_000
 """Largest number of rows; an identification takes about 2.3 kB of memory per row."""
@@ -133,7 +131,7 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
     if ending == ".rrd":
-        return _of_recording(open_recording(path), path.stem)
+        return _of_recording(path, path.stem)
     if ending not in (".parquet", ".csv"):
         raise InputError(
             f"{path}: must be a recording (.rrd), a ROS bag (its folder), .parquet or .csv"
@@ -295,8 +293,11 @@ def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:
     return column
 
 
-def _of_recording(run: StoredRun, name: str) -> Table:
+def _of_recording(path: Path, name: str) -> Table:
     """Return a recording's samples; missing steps and the first time of each fault become notes."""
+    from ab_sim.record.recording import open_recording  # Rerun takes 0.5 s to import
+
+    run = open_recording(path)
     extent = run.extent
     if not extent.rows:
         raise InputError(f"{run.path}: the recording is empty: it has no samples")
@@ -316,6 +317,8 @@ def _of_recording(run: StoredRun, name: str) -> Table:
 
 def _of_bag(path: Path, rows_of: str | None) -> Table:
     """Convert a ROS bag of a single run to a temporary recording, and return that as a table."""
+    from ab_sim.record.bags import import_bag  # rosbags and Rerun take 0.7 s to import
+
     with tempfile.TemporaryDirectory(prefix="ab_sim_") as folder:
         import_result = import_bag(path, Path(folder) / "bag.rrd", rows_of=rows_of)
         if len(import_result.files) > 1:
@@ -323,4 +326,4 @@ def _of_bag(path: Path, rows_of: str | None) -> Table:
                 f"{path}: holds {len(import_result.files)} successive runs; convert them to "
                 "recordings (ab-sim import) and give the wanted ones"
             )
-        return _of_recording(open_recording(import_result.files[0]), path.stem)
+        return _of_recording(import_result.files[0], path.stem)
