@@ -18,7 +18,12 @@ WIDTH = {"COLUMNS": "200"}
 """Width of all tables; consoles read it when they are imported."""
 _SERVER = multiprocessing.get_context("forkserver")
 _SERVER.set_forkserver_preload(
-    ["tests.forked.warm", "pyarrow.parquet", "scipy.stats", "pandas", "distributed"]
+    [
+        *("scipy.signal", "scipy.stats", "pandas", "pint", "distributed"),
+        *("pyarrow.dataset", "pyarrow.parquet"),
+        *("rosbags.rosbag2", "rosbags.typesys.stores.ros2_kilted"),
+        *("ab_sim.cli.design", "ab_sim.cli.identify", "tests.forked.warm"),
+    ]
 )
 
 
