@@ -61,16 +61,23 @@ def lock_memory() -> str:
     )
 
 
+_frozen = False
+"""Whether this process has frozen its objects."""
+
+
 def freeze_garbage_collector() -> None:
     """Exclude all existing objects from garbage collection (gc.freeze).
 
     A compiler and a ROS node have hundreds of thousands of objects. A full collection visits each,
     and may happen at any wake-up. Before, unused objects are collected, also those of an earlier
-    call.
+    call, but not those that the process inherited frozen from the process that forked it.
     """
-    gc.unfreeze()
+    global _frozen
+    if _frozen:
+        gc.unfreeze()
     gc.collect()
     gc.freeze()
+    _frozen = True
 
 
 class RealTimeRequests:

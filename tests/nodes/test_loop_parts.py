@@ -11,6 +11,7 @@ from ab_sim.nodes import realtime
 from ab_sim.nodes.drive_health import ABSENT, NewWarnings
 from ab_sim.nodes.pacing import DurationHistogram, StageTimer
 from ab_sim.nodes.realtime import FairLock
+from tests.forked import forked
 
 
 def test_quantiles_are_those_of_the_durations() -> None:
@@ -139,6 +140,19 @@ def test_what_lives_is_left_out_of_searches_for_garbage_until_it_is_asked_for_ag
         assert Knot.alive == 0
     finally:
         gc.unfreeze()
+
+
+def frozen_twice() -> None:
+    Knot()
+    gc.freeze()
+    realtime.freeze_garbage_collector()
+    assert Knot.alive == 1
+
+
+def test_objects_that_were_frozen_before_the_fork_stay_frozen() -> None:
+    process = forked(frozen_twice)
+    process.join()
+    assert process.exitcode == 0
 
 
 def test_a_warning_is_new_until_it_has_been_reported() -> None:
