@@ -62,7 +62,7 @@ def lock_memory() -> str:
 
 
 _frozen = False
-"""Whether this process has frozen its objects."""
+"""True once this process has frozen its objects."""
 
 
 def freeze_garbage_collector() -> None:
