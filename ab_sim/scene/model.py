@@ -1,7 +1,7 @@
 """A scene as a whole, and the conditions between its sections."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,9 @@ from ab_sim.scene.sensors import Probes, Sampled, Sensors
 _IN_PLANE = ("deck_force", "space_force")
 IN_SPACE = ("mount_stiffening",)
 """Methods by which effects act on a deck in the plane of the disc, and on one in space."""
+Condition = tuple[Any, Callable[[], str]]
+"""Whether a condition holds, a bool or a mask of runs; and a function that returns the message of a
+single scene for which it does not hold."""
 
 
 class Scene(Section):
@@ -193,12 +196,21 @@ class Scene(Section):
             values["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
         return values
 
+    def conditions(self) -> Iterator[Condition]:
+        """Yield the conditions between masses and radii; their numbers may be columns.
+
+        After a condition that does not hold, the next ones may have no meaning.
+        """
+        yield from _of_masses(self)
+        yield from _of_radii(self)
+
     @model_validator(mode="after")
     def _consistent(self) -> "Scene":
+        _check_lists(self)
+        for holds, message in self.conditions():
+            if not holds:
+                raise ValueError(message())
         for check in (
-            _check_lists,
-            _check_masses,
-            _check_radii,
             _check_profile,
             _check_accuracy,
             _check_sensors,
@@ -231,48 +243,62 @@ def _check_lists(scene: Scene) -> None:
             )
 
 
-def _check_masses(scene: Scene) -> None:
-    """Refuse missing masses, and masses that contradict each other."""
-    if 0 < scene.rotor.eccentricity < 1e-12:
-        raise ValueError(
-            f"rotor.eccentricity = {exact(scene.rotor.eccentricity)} m: must be 0 or at least 1e-12"
-        )
-    rotor, balls = scene.rotor, scene.balls
-    if (rotor.total_mass is None) == (rotor.mass is None):
-        raise ValueError(
-            "rotor: give exactly one of total_mass (balls included) and mass (without balls)"
-        )
-    if balls.count and balls.mass is None:
-        raise ValueError(f"balls.mass: is needed, the scene has {balls.count} balls")
+def _of_masses(scene: Scene) -> Iterator[Condition]:
+    """Yield the conditions that masses are there, and do not contradict each other."""
+    rotor, balls, e = scene.rotor, scene.balls, scene.rotor.eccentricity
+    yield (
+        (e == 0) | (e >= 1e-12),
+        lambda: f"rotor.eccentricity = {exact(e)} m: must be 0 or at least 1e-12",
+    )
+    yield (
+        (rotor.total_mass is None) != (rotor.mass is None),
+        lambda: "rotor: give exactly one of total_mass (balls included) and mass (without balls)",
+    )
+    yield (
+        not balls.count or balls.mass is not None,
+        lambda: f"balls.mass: is needed, the scene has {balls.count} balls",
+    )
     rest = scene.total_mass - balls.total_mass
-    if rest <= 0:
-        raise ValueError(
+    yield (
+        rest > 0,
+        lambda: (
             f"rotor.total_mass = {exact(scene.total_mass)} kg: must be more than the {balls.count} "
             f"balls' {exact(balls.total_mass)} kg that it includes"
-        )
-    if scene.eccentric_mass > rest * (1 + 1e-12):
-        raise ValueError(
+        ),
+    )
+    yield (
+        scene.eccentric_mass <= rest * (1 + 1e-12),
+        lambda: (
             f"rotor.eccentric_mass = {exact(scene.eccentric_mass)} kg: must be at most the "
             f"{exact(rest)} kg that move on the suspension besides the balls"
-        )
+        ),
+    )
 
 
-def _check_radii(scene: Scene) -> None:
-    """Refuse a missing race, missing radii, and balls that are too large for the race."""
+def _of_radii(scene: Scene) -> Iterator[Condition]:
+    """Yield the conditions that race and radii are there, and that the balls fit into the race."""
     balls, race = scene.balls, scene.race.radius
-    if balls.count and "race" not in scene.model_fields_set:
-        raise ValueError("race: is missing; add it: the balls need one, e.g. race: {radius: 0.01}")
-    radii = balls.radius if isinstance(balls.radius, tuple) else (balls.radius,)
+    yield (
+        not balls.count or "race" in scene.model_fields_set,
+        lambda: "race: is missing; add it: the balls need one, e.g. race: {radius: 0.01}",
+    )
     effects = scene.effects.items()
     users = [name for name, effect in effects if getattr(effect, "uses_ball_radius", False)]
-    if balls.radius is None and users and balls.count:
-        raise ValueError(f"balls.radius: is needed by the effect {users[0]}")
-    for ball, radius in enumerate(radii):
-        if radius is not None and radius >= race:
-            key = f"balls.radius.{ball}" if radii is balls.radius else "balls.radius"
-            raise ValueError(
-                f"{key} = {exact(radius)} m: must be less than race.radius = {exact(race)} m"
-            )
+    yield (
+        balls.radius is not None or not (users and balls.count),
+        lambda: f"balls.radius: is needed by the effect {users[0]}",
+    )
+    radii: dict[str, Any] = {"balls.radius": balls.radius or 0.0}
+    if isinstance(balls.radius, tuple):
+        radii = {f"balls.radius.{ball}": radius for ball, radius in enumerate(balls.radius)}
+    yield (
+        race > max(radii.values(), default=0.0),
+        lambda: next(
+            f"{key} = {exact(radius)} m: must be less than race.radius = {exact(race)} m"
+            for key, radius in radii.items()
+            if radius >= race
+        ),
+    )
 
 
 def _check_profile(scene: Scene) -> None:

@@ -161,6 +161,55 @@ def test_a_run_that_is_refused_is_refused_with_its_scenes_own_words(scene: Any, 
     assert str(found.value).startswith("variation 11: ")
 
 
+def near(limit: float, rng: np.random.Generator) -> np.ndarray:
+    """The limit, and random values on both sides of it, by 3e-16 to a factor of 3."""
+    away = 10.0 ** rng.uniform(-15.5, 0.3, 60)
+    return np.array([limit, *(limit * (1.0 + away)), *(limit / (1.0 + away))])
+
+
+@pytest.mark.parametrize(
+    ("key", "limits"),
+    [
+        ("rotor.eccentricity", (1e-12, 1.0)),
+        ("rotor.total_mass", (2e-3, 0.052, 1e3)),
+        ("rotor.eccentric_mass", (1e-9, 0.098)),
+        ("balls.mass", (1e-12, 0.025, 0.05)),
+        ("race.radius", (2e-3, 10.0)),
+        ("start.ball_angles", (1e10,)),
+        ("effects.suspension.stiffness", (7.8e5, 1e12)),
+        ("effects.suspension.damping", (270.0, 1e9)),
+        ("effects.viscous_drag.coefficient", (3.8, 1e6)),
+    ],
+)
+def test_columns_take_the_values_that_scenes_take(
+    scene: Any, key: str, limits: tuple[float, ...]
+) -> None:
+    """On both sides of each bound, of each condition between sections, and of stability."""
+    rng = np.random.default_rng(7)
+    changes = {"balls": {"radius": [1e-3, 2e-3]}, "rotor": {"eccentric_mass": 0.05}}
+    base = short(scene, solver={"stepper": "rk4"}, **changes)
+    one = np.concatenate([[0.0, -0.0, -1e-300, 1e-300], *(near(limit, rng) for limit in limits)])
+    values = np.stack([one, one[::-1]], axis=1) if key == "start.ball_angles" else one
+    by_column = columns_of(base, {key: values})
+    assert by_column is not None
+    in_columns, refused = set(by_column.valid.tolist()), {}
+    for row, value in enumerate(values.tolist()):
+        try:
+            PreparedRun(varied_scene(base, {key: value}, row))
+        except SceneError as error:
+            refused[row] = str(error).removeprefix(f"variation {row}: ")
+        else:
+            if row not in in_columns:  # close to the stability limit
+                with pytest.raises(SceneError, match="stability limit"):
+                    PreparedRun(varied_scene(base, {key: value, "solver.step": 1.03e-3}, row))
+    assert refused and in_columns and not in_columns & refused.keys()
+    some = min(in_columns)
+    for row in rng.permutation(list(refused))[:5].tolist():
+        with pytest.raises(SceneError) as raised:
+            simulate_batch(base, {key: values[[some, row]]}, metrics=KEYS[:1])
+        assert str(raised.value) == f"variation 1: {refused[row]}"
+
+
 def test_values_that_only_a_scene_can_check_go_beside_the_others(scene: Any) -> None:
     """Texts with units, whole numbers, a key that is not given, drag that needs another stepper."""
     variations = rows({key: COLUMNS[key] for key in ("balls.mass", "rotor.eccentricity")})

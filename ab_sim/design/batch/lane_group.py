@@ -159,6 +159,17 @@ class LaneStarts(NamedTuple):
         rows = [_start_of(run) for run in runs]
         return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 
+    @classmethod
+    def of_columns(cls, run: PreparedRun, runs: int) -> "LaneStarts":
+        """Return the start data of a prepared run with columns of so many runs."""
+        axes = (1, 1, 1, 2, 2)
+        return cls(
+            *(
+                np.broadcast_to(start, (runs, *start.shape[start.ndim - n :]))
+                for start, n in zip(_start_of(run), axes, strict=True)
+            )
+        )
+
     def rows(self, which: slice) -> "LaneStarts":
         """Return the start data of some of the runs."""
         return LaneStarts(*(column[which] for column in self))

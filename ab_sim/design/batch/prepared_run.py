@@ -108,11 +108,12 @@ class PreparedRun:
         Parameters
         ----------
         scene
-            Checked scene with the same profile and start speed.
+            Checked scene with the same profile and start speed; its numbers may be columns of
+            runs, see ``system_of``.
         """
         other = copy.copy(self)
         other.scene, other.system = scene, system_of(scene)
-        other.numbers = numbers_of(other.system)
+        other.numbers = numbers_of(other.system, self.system)
         if scene.start.angle != self.scene.start.angle:
             segments = SpeedSchedule.of_scene(scene).segments
             other.step_plan_key = self.step_plan_key._replace(scheduled_segments=segments)

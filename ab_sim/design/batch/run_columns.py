@@ -5,7 +5,6 @@ same bits. This holds for the keys and scenes of ``columns_of``, and for values 
 All other runs are checked by their scene one by one, which reports errors.
 """
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, overload
@@ -16,22 +15,17 @@ from ab_sim.analysis.metrics.judging import JudgedRuns, RunNumbers
 from ab_sim.base.errors import SceneError
 from ab_sim.design.batch.lane_group import LaneStarts
 from ab_sim.design.batch.prepared_run import PreparedRun, StepPlanKey
-from ab_sim.engine.integrate.choose import USUAL, stability_limit, top_speed
-from ab_sim.engine.integrate.registry import AUTO, Stepper, stepper_named
-from ab_sim.engine.kernels.constants import flattened, numbers_of
-from ab_sim.model.dynamics.assemble import of_ball
-from ab_sim.model.dynamics.deck_models.planar import poles_of
-from ab_sim.model.dynamics.system import (
-    TURNS,
-    has_contact,
-    has_gravity,
-    has_motor,
-    layout_of,
+from ab_sim.engine.integrate.choose import (
+    USUAL,
+    direction_of,
+    stability_limit,
+    step_limiting_rates,
+    top_speed,
 )
-from ab_sim.model.equations.motion import Ball
-from ab_sim.model.equations.neighbours import reduced
+from ab_sim.engine.integrate.registry import AUTO, stepper_named
+from ab_sim.model.dynamics.assemble import linear_rates
+from ab_sim.model.dynamics.system import has_contact, has_gravity, has_motor
 from ab_sim.model.equations.planar import Planar
-from ab_sim.model.equations.sums import over_effects
 from ab_sim.model.spindle import Ramp
 from ab_sim.scene.bounds import bounds_at
 from ab_sim.scene.load import changed_scene
@@ -39,13 +33,9 @@ from ab_sim.scene.model import Scene
 
 _ANGLES = "start.ball_angles"
 """Key of the start angles, the only one with a list per run."""
-_FAR_FROM_LIMIT, _BELOW_LIMIT = 0.8, 0.98
-"""Fractions of a stepper's stability limit up to which a run is certainly stable.
-
-The first is for several sampled directions. The second is for a direction whose limit is known up
-to rounding.
-"""
-
+_BELOW_LIMIT = 0.98
+"""Fraction of the stability limit up to which a step is certainly accepted, as ``largest_step``
+rounds down to three digits."""
 _CHECKED_AT_ONCE = 2048
 """Number of runs per block; each needs some hundred numbers temporarily."""
 
@@ -71,16 +61,11 @@ class RunColumns:
     ) -> None:
         self.first, self.valid = base, valid
         self._values = values
-        self._start = LaneStarts.of([base])
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
         """Return the start data of the runs with these indices."""
-        starts = LaneStarts(*(np.repeat(start, len(rows), axis=0) for start in self._start))
-        if _ANGLES in self._values:
-            angles = layout_of(self.first.system).angles
-            within, turns = _reduced(self._values[_ANGLES][rows])
-            starts.state[:, angles], starts.discrete[:, :-1, TURNS] = within, turns
-        return starts._replace(constants=self._constants(rows))
+        run = self.first.with_numbers_of(_scene_of_columns(self.first.scene, self._values, rows))
+        return LaneStarts.of_columns(run, len(rows))
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
         """Return the step plan key, which is common to all runs."""
@@ -91,32 +76,6 @@ class RunColumns:
         scenes = _LazyScenes(self.first.scene, self._values, rows)
         return JudgedRuns(scenes, self.first.steps, self._numbers(rows))
 
-    def _constants(self, rows: np.ndarray) -> np.ndarray:
-        """Return the kernel's constants of runs, see ``numbers_of``; shape (rows, constants).
-
-        They are computed from a scene whose varied numbers are columns. Numbers that do not vary
-        are copied from the base run.
-        """
-        system, scene = self.first.system, _scene_of_columns(self.first.scene, self._values, rows)
-        effects = tuple(scene.effects.values())
-        constants = np.tile(numbers_of(system), (len(rows), 1))
-        names = [name for name, _ in flattened((system.deck_model, system.effects), "")]
-        deck = _deck(scene, self.first)
-        parts = {f".0.{name}": value for name, value in deck._asdict().items()}
-        for k, effect in enumerate(effects):
-            parts |= {f".1.{k}.{name}": value for name, value in effect._asdict().items()}
-        for name, value in parts.items():
-            if isinstance(value, np.ndarray):
-                constants[:, names.index(name)] = value
-        n, columns = len(system.balls), constants[:, len(names) :]
-        balls = zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
-        for i, (mass, radius, race) in enumerate(balls):
-            height = scene.race.heights[race]
-            ball = of_ball(Ball(mass, radius), scene.race.radius, height, effects)
-            for k, value in enumerate(ball[1:]):
-                columns[:, k * n + i] = value
-        return constants
-
     def _numbers(self, rows: np.ndarray) -> RunNumbers:
         """Return the scene values of runs that metrics use, from a scene of columns."""
         numbers = RunNumbers.of([_scene_of_columns(self.first.scene, self._values, rows)])
@@ -126,10 +85,7 @@ class RunColumns:
             shape = (len(rows), balls) if name in of_balls else (len(rows),)
             return np.array(np.broadcast_to(value[0].T, shape), order="C")
 
-        of_runs = {name: columns(name, value) for name, value in numbers._asdict().items()}
-        if _ANGLES in self._values:
-            of_runs["start_angles"] = self._values[_ANGLES][rows]
-        return RunNumbers(**of_runs)
+        return RunNumbers(*(columns(*item) for item in numbers._asdict().items()))
 
 
 class _LazyScenes(Sequence[Scene]):
@@ -195,12 +151,14 @@ def columns_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> RunColumns 
         return None
     columns = {key: np.asarray(column) for key, column in columns_or_none.items()}
     count = len(next(iter(columns.values())))
-    finite = [np.isfinite(column).reshape(count, -1).all(axis=1) for column in columns.values()]
     try:
-        sure = np.all([*finite, _sure(base, columns, count)], axis=0)
-    except (TypeError, ValueError):  # an effect branches on its numbers
+        sure = [
+            _sure(base, columns, np.arange(first, min(first + _CHECKED_AT_ONCE, count)))
+            for first in range(0, count, _CHECKED_AT_ONCE)
+        ]
+    except (TypeError, ValueError, SceneError):  # an effect branches on its numbers
         return None
-    rows = np.flatnonzero(sure)
+    rows = np.concatenate(sure)
     return RunColumns(base, columns, rows) if len(rows) else None
 
 
@@ -253,14 +211,16 @@ def _number(value: Any) -> float:
 
 
 def _scene_of_columns(scene: Scene, columns: Mapping[str, np.ndarray], rows: np.ndarray) -> Scene:
-    """Return the scene with columns of some runs in place of numbers, except start angles.
+    """Return the scene with columns of some runs in place of numbers.
 
     It is not checked. Sums and products of its numbers give columns, too.
     """
-    some = {key: column[rows] for key, column in columns.items()}
+    some: dict[str, Any] = {key: column[rows] for key, column in columns.items()}
+    if _ANGLES in some:
+        some[_ANGLES] = tuple(some[_ANGLES].T)  # one column per ball
     sections: dict[str, Any] = {
         name: getattr(scene, name).model_copy(update=_of_section(name, some))
-        for name in ("rotor", "race", "balls")
+        for name in ("rotor", "race", "balls", "start")
     }
     sections["effects"] = {
         name: effect._replace(**_of_section(f"effects.{name}", some))
@@ -269,7 +229,7 @@ def _scene_of_columns(scene: Scene, columns: Mapping[str, np.ndarray], rows: np.
     return scene.model_copy(update=sections)
 
 
-def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _of_section(section: str, columns: Mapping[str, Any]) -> dict[str, Any]:
     """Return the columns of a section's keys, by the key within the section."""
     return {
         key.removeprefix(f"{section}."): column
@@ -278,96 +238,33 @@ def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np
     }
 
 
-def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-    """Return a mask of runs that are certainly valid and stable with the scene's stepper.
+def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], rows: np.ndarray) -> np.ndarray:
+    """Return those of the rows whose runs are certainly valid, and stable with the base's stepper.
 
-    Parameters
-    ----------
-    base
-        Prepared run without variations.
-    columns
-        Column per key.
-    count
-        Number of runs.
-
-    Returns
-    -------
-    np.ndarray
-        Booleans, shape (count,). Other runs may be valid, too; their scenes decide.
+    Other runs may be valid, too; their scenes decide.
     """
-    sure = np.empty(count, bool)
-    for first in range(0, count, _CHECKED_AT_ONCE):
-        rows = np.arange(first, min(first + _CHECKED_AT_ONCE, count))
-        scene = _scene_of_columns(base.scene, columns, rows)
-        sure[rows] = _sound(scene) & _stable(scene, base)
-    return sure
+    valid = np.ones(len(rows), bool)
+    for column in columns.values():
+        valid &= np.isfinite(column[rows]).reshape(len(rows), -1).all(axis=1)
+    for holds, _ in _scene_of_columns(base.scene, columns, rows).conditions():
+        valid &= holds
+    rows = rows[valid]
+    run = base.with_numbers_of(_scene_of_columns(base.scene, columns, rows))
+    return rows[np.broadcast_to(_stable(run), len(rows))]
 
 
-def _sound(scene: Scene) -> Any:
-    """Return a mask of runs whose sections agree with each other, from a scene of columns.
+def _stable(run: PreparedRun) -> Any:
+    """Return a mask of runs, from a run with columns, whose step is far enough from its limit.
 
-    The conditions are those of the scene's own checks.
+    The stability limit is that of ``check_step``; ``auto`` then does not divide the step.
     """
-    e, rest = np.asarray(scene.rotor.eccentricity), scene.total_mass - scene.balls.total_mass
-    ball_radius = scene.balls.radius
-    largest = max(ball_radius) if isinstance(ball_radius, tuple) else ball_radius
-    sound = (rest > 0.0) & (scene.eccentric_mass <= rest)
-    return sound & ((e == 0.0) | (e >= 1e-12)) & (scene.race.radius > (largest or 0.0))
-
-
-def _stable(scene: Scene, base: PreparedRun) -> Any:
-    """Return a mask of runs for which the stepper is certainly stable, from a scene of columns.
-
-    ``choose_stepper`` would accept these runs without another division of the step.
-    """
-    effects, step, stepper = tuple(scene.effects.values()), scene.solver.step, base.stepper
-    rest = scene.total_mass - scene.balls.total_mass
-    poles = poles_of(effects, _deck(scene, base), rest)
-    whirl = np.abs(poles).max(axis=0) + top_speed(scene)
-    stable = (poles.real.max(axis=0) <= 0.0) & (whirl * step <= _FAR_FROM_LIMIT * _reach(stepper))
-    if stepper.solves_drag:
-        return stable
-    drag_limit = _BELOW_LIMIT * stability_limit(stepper)
-    return stable & (_fastest_drag(scene, effects) * step <= drag_limit)
-
-
-def _deck(scene: Scene, base: PreparedRun) -> Any:
-    """Return the deck model with the numbers of a scene of columns; without gravity, no sag."""
-    e = scene.rotor.eccentricity
-    return base.system.deck_model._replace(
-        total_mass=scene.total_mass, unbalance=scene.eccentric_mass * e, eccentricity=e
-    )
-
-
-def _fastest_drag(scene: Scene, effects: tuple[Any, ...]) -> Any:
-    """Return an upper bound of ``assemble.drag_rate`` [1/s]."""
-    inertia, coupled, drag = math.inf, 0.0, 0.0
-    for mass, radius in zip(scene.balls.masses, scene.balls.radii, strict=True):
-        ball: Any = Ball(mass, radius)
-        spin = over_effects(effects, "ball_inertia", 0.0, ball)
-        inertia = np.minimum(inertia, mass + spin)
-        coupled = coupled + mass * mass / scene.total_mass
-        drag = np.maximum(drag, np.abs(over_effects(effects, "ball_drag", 0.0, ball)))
-    # The smallest eigenvalue of diag(mu) - m m^T / M is at least the smallest mu minus |m|^2 / M.
-    least = np.asarray(inertia - coupled)
-    with np.errstate(divide="ignore"):
-        return np.where(least > 0.0, drag / least, np.inf) if scene.balls.count else 0.0
-
-
-@functools.lru_cache(maxsize=64)
-def _reach(stepper: Stepper) -> float:
-    """Return the radius of the stability region over all directions without growth."""
-    directions = [complex(math.cos(a), math.sin(a)) for a in np.linspace(0.5, 0.999, 31) * math.pi]
-    return min(stability_limit(stepper, eigenvalue) for eigenvalue in (-1.0, *directions))
-
-
-def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles reduced to one turn [rad], and the removed turns; see ``neighbours.reduced``.
-
-    Angles are reduced one by one, because NumPy's sine may differ from the C library's in the last
-    bit.
-    """
-    within, turns = angles.copy(), np.zeros(angles.shape)
-    for index in zip(*np.nonzero(np.abs(angles) > math.pi), strict=True):
-        within[index], turns[index] = reduced(float(angles[index]))
-    return within, turns
+    stable: Any = True
+    rates = linear_rates(run.system, top_speed(run.scene))
+    for rate in map(np.atleast_1d, step_limiting_rates(run.stepper, rates).values()):
+        # A limit for each direction, rounded like those of ``largest_step``.
+        phases = np.where(rate.imag, np.round(np.angle(rate), 3), math.pi)
+        _, places, which = np.unique(phases, return_index=True, return_inverse=True)
+        limits = [stability_limit(run.stepper, direction_of(one)) for one in rate[places].tolist()]
+        steps = np.abs(rate) * run.scene.solver.step
+        stable = stable & (steps <= _BELOW_LIMIT * np.array(limits)[which])
+    return stable

@@ -4,7 +4,7 @@ import cmath
 import functools
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,18 +42,16 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
     """
     tolerance = 0.0 if direction == -1.0 else _TOLERANCE
 
-    def unstable(x: float) -> bool:
+    def unstable(x: Any) -> Any:
         return abs(stepper.growth(x * direction)) > 1.0 + tolerance
 
     # The first unstable point ends the interval of stability that begins at 0; bisection between
     # it and the last stable point gives the limit. Stable points beyond it do not count.
-    inside = outside = 0.0
-    for outside in _REACHES.tolist():
-        if unstable(outside):
-            break
-        inside = outside
-    else:
+    with np.errstate(all="ignore"):  # far beyond the limit, powers overflow
+        beyond = np.flatnonzero(unstable(_REACHES))
+    if not len(beyond):
         return math.inf
+    inside, outside = np.append(0.0, _REACHES)[beyond[0] : beyond[0] + 2].tolist()
     for _ in range(50):
         middle = 0.5 * (inside + outside)
         inside, outside = (inside, middle) if unstable(middle) else (middle, outside)
@@ -77,7 +75,7 @@ def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float,
         does.
     """
     steps = {
-        what: stability_limit(stepper, _direction(rate)) / abs(rate)
+        what: stability_limit(stepper, direction_of(rate)) / abs(rate)
         for what, rate in rates.items()
         if rate != 0
     }
@@ -121,8 +119,8 @@ def check_step(
     )
 
 
-def _direction(rate: complex) -> complex:
-    # Rounded, so that the cache serves nearly equal directions.
+def direction_of(rate: complex) -> complex:
+    """Return the direction of a rate, rounded so that the cache serves nearly equal directions."""
     return cmath.rect(1.0, round(cmath.phase(rate), 3)) if rate.imag else -1.0
 
 

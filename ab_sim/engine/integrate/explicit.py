@@ -1,6 +1,8 @@
 """Create explicit Runge-Kutta methods from their tableaus."""
 
+import functools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -31,9 +33,12 @@ def explicit(
     for i, row in enumerate(rows, start=1):
         a[i, : len(row)] = row
 
-    def growth(z: complex) -> complex:
-        ones = np.ones(stages, dtype=complex)
-        return complex(1 + z * (b @ np.linalg.solve(np.eye(stages) - z * a, ones)))
+    # Coefficients b a^k 1 of the stability polynomial, the highest power first.
+    powers = [b @ np.linalg.matrix_power(a, k) @ np.ones(stages) for k in range(stages)]
+    coefficients = [*map(complex, reversed(powers)), 1.0 + 0j]
+
+    def growth(z: Any) -> Any:
+        return functools.reduce(lambda total, one: total * z + one, coefficients)
 
     tableau = Tableau(a, b, a.sum(axis=1))
     return Stepper(name, order, source, tableau, stages, growth, takes_lanes=True)

@@ -29,10 +29,10 @@ class Stepper:
     scene, or the input of the method's own code in the subset of ``ab_sim.engine.compiling``."""
     evaluations: int
     """Evaluations of the right-hand side per step."""
-    growth: Callable[[complex], complex]
-    """Stability function: factor by which one step, or one part of it, multiplies y for
-    y' = lambda y, as a function of z = its length times lambda. With ``solves_drag``, lambda is the
-    rate of any motion except drag."""
+    growth: Callable[[Any], Any]
+    """Stability function of a number or an array: factor by which one step, or one part of it,
+    multiplies y for y' = lambda y, as a function of z = its length times lambda. With
+    ``solves_drag``, lambda is the rate of any motion except drag."""
     memory: int = 0
     """Rows of numbers carried from one step to the next, which belong to the state. Zeros restart
     the method; they are set to zero where the motion has a kink."""

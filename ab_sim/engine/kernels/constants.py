@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.model.dynamics.system import System, constants_of_balls
+from ab_sim.model.dynamics.system import System, constants_of_balls, stacked
 from ab_sim.model.equations.motion import BALL_COLUMNS, ActiveSegment, BallConstants
 
 PLACE_FIELDS = ActiveSegment._fields[1:]
@@ -30,17 +30,18 @@ class ConstantsLayout(NamedTuple):
     """Number of raw constants."""
 
 
-def flattened(value: Any, name: str) -> Iterator[tuple[str, float]]:
-    """Yield the floats in nested tuples and arrays, each with a name."""
-    if type(value) is float or isinstance(value, np.floating):
-        yield name, float(value)
-    elif isinstance(value, np.ndarray):
-        for k, line in enumerate(value):
-            yield from flattened(tuple(line.tolist()) if line.ndim else float(line), f"{name}.{k}")
-    elif isinstance(value, tuple):
-        names = getattr(value, "_fields", range(len(value)))
-        for part, item in zip(names, value, strict=True):
-            yield from flattened(item, f"{name}.{part}")
+def flattened(value: Any, name: str, like: Any = None) -> Iterator[tuple[str, Any]]:
+    """Yield the floats in nested tuples and arrays, each with a name.
+
+    With ``like``, a value of the same form, its floats decide what is yielded: columns, too.
+    """
+    like = value if like is None else like
+    if type(like) is float or isinstance(like, np.floating):
+        yield name, value
+    elif isinstance(like, np.ndarray | tuple):
+        names = getattr(like, "_fields", range(len(like)))
+        for part, item, like_item in zip(names, value, like, strict=True):
+            yield from flattened(item, f"{name}.{part}", like_item)
 
 
 def replace_floats(value: Any, name: str, make: Callable[[str], Any]) -> Any:
@@ -71,10 +72,15 @@ def layout_of_constants(system: System, segment: type[Any]) -> ConstantsLayout:
     return ConstantsLayout(scalars, len(scalars), place, size)
 
 
-def numbers_of(system: System) -> np.ndarray:
-    """Return the raw constants of a system, except its place on the profile."""
-    scalars = [number for _, number in flattened(_bodies(system), "")]
-    return np.concatenate([scalars, constants_of_balls(system).ravel()])
+def numbers_of(system: System, like: System | None = None) -> np.ndarray:
+    """Return the raw constants of a system, except its place on the profile.
+
+    For a system with columns, ``like`` is one with numbers, and the shape is (runs, constants).
+    """
+    scalars = flattened(_bodies(system), "", _bodies(like) if like else None)
+    balls = constants_of_balls(system)
+    of_balls = balls.reshape(-1, *balls.shape[2:])
+    return stacked([*(number for _, number in scalars), *of_balls]).T
 
 
 def traced_bodies(system: System, make: Callable[[str], Any]) -> tuple[Any, tuple[Any, ...]]:

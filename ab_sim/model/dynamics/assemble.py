@@ -1,7 +1,9 @@
 """Convert a scene to the system that a kernel runs, with its initial state and fastest rates."""
 
 import functools
+import itertools
 import math
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from ab_sim.model.dynamics.system import (
     has_motor,
     has_spin,
     layout_of,
+    stacked,
 )
 from ab_sim.model.equations.motion import (
     ActiveSegment,
@@ -43,7 +46,8 @@ def system_of(scene: Scene, energy_balance: bool = False) -> System:
     Parameters
     ----------
     scene
-        A checked scene.
+        A checked scene. Its masses, eccentricity, race's radius, start angles and effects' numbers
+        may be columns of runs, shape (runs,), for a planar deck without gravity, contact and motor.
     energy_balance
         True to integrate motor work and losses along with the motion.
     """
@@ -61,7 +65,8 @@ def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
         (*of_ball(Ball(m, a), race.radius, race.heights[k], effects)[1:], reduced(angle)[1])
         for m, a, k, angle in columns
     ]
-    return np.array(rows, float).reshape(len(rows), FIRST_TURNS + 1)
+    constants = stacked(itertools.chain.from_iterable(rows))
+    return constants.reshape(len(rows), FIRST_TURNS + 1, *constants.shape[1:])
 
 
 def of_ball(ball: Ball, radius: float, height: float, effects: tuple[object, ...]) -> BallConstants:
@@ -76,7 +81,7 @@ def of_ball(ball: Ball, radius: float, height: float, effects: tuple[object, ...
     height
         Height of the race along the shaft [m].
     effects
-        The scene's effects. Their numbers and the ball's may be columns, shape (runs,).
+        The scene's effects.
     """
     m, a = ball
     spin = over_effects(effects, "ball_inertia", 0.0, ball)
@@ -86,13 +91,13 @@ def of_ball(ball: Ball, radius: float, height: float, effects: tuple[object, ...
 
 
 def start_state(scene: Scene, system: System) -> np.ndarray:
-    """Return the state at t = 0, in the order of ``layout_of``."""
+    """Return the state at t = 0, in the order of ``layout_of``; with columns (runs, states)."""
     layout = layout_of(system)
-    state = np.zeros(layout.size)
-    state[layout.deck] = registry.of_scene(scene).start(scene, system)
+    state = np.zeros((*system.balls.shape[2:], layout.size))
+    state[..., layout.deck] = registry.of_scene(scene).start(scene, system)
     if scene.start.ball_rates is not None:
-        state[layout.rates] = scene.start.ball_rates
-    state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
+        state[..., layout.rates] = scene.start.ball_rates
+    state[..., layout.angles] = np.array([reduced(angle)[0] for angle in start_angles(scene)]).T
     if has_motor(system.effects):
         start = scene.start
         state[layout.spindle] = reduced(start.angle)[0], start.speed, start.motor_integral
@@ -100,12 +105,15 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
 
 
 def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
-    """Return the discrete state at t = 0, whose branches the first step may correct."""
-    n = system.balls.shape[0]
-    discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
-    discrete_state[:n, LOADED] = 1
-    discrete_state[:n, TURNS] = system.balls[:, FIRST_TURNS]
-    discrete_state[n, TURNS] = reduced(scene.start.angle)[1]
+    """Return the discrete state at t = 0, whose branches the first step may correct.
+
+    With columns, the first axis is the run.
+    """
+    n, runs = len(system.balls), system.balls.shape[2:]
+    discrete_state = np.zeros((*runs, n + 1, DISCRETE_COLUMNS), np.int64)
+    discrete_state[..., :n, LOADED] = 1
+    discrete_state[..., :n, TURNS] = system.balls[:, FIRST_TURNS].T
+    discrete_state[..., n, TURNS] = reduced(scene.start.angle)[1]
     for k, gap in enumerate(start_gaps(scene, len(system.contacts))):
         discrete_state[k, JOINED] = gap <= TOUCHING * system.contacts[k, SPACING]
     return discrete_state
@@ -135,8 +143,10 @@ def state_bounds(system: System, step: float) -> np.ndarray:
     return bounds
 
 
-def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
+def linear_rates(system: System, top_speed: float) -> dict[str, Any]:
     """Return the fastest eigenvalues [1/s] of the linear parts of the equations, by name.
+
+    They are complex numbers, or columns of them.
 
     Parameters
     ----------
@@ -152,7 +162,7 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
     """
     effects = system.effects
     deck_rates = registry.of_system(system).rates(system, top_speed)
-    rates = {DRAG: complex(-drag_rate(system)), **deck_rates}
+    rates = {DRAG: -drag_rate(system) + 0j, **deck_rates}
     if has_motor(effects):
         rates |= _motor_rates(system, rates[DRAG])
     for what, rate in rates.items():
@@ -171,7 +181,7 @@ LOOP = "the motor's speed loop"
 """Key of the motor's rate in ``linear_rates``."""
 
 
-def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | list[float]) -> None:
+def _check_finite(effects: tuple[object, ...], what: str, numbers: Any) -> None:
     """Refuse rates that are not finite, which a user's effect may return."""
     if not np.isfinite(numbers).all():
         names = ", ".join(type(effect).__name__ for effect in effects)
@@ -181,7 +191,7 @@ def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | lis
         )
 
 
-def drag_rate(system: System) -> float:
+def drag_rate(system: System) -> Any:
     """Return the fastest decay rate [1/s] of a ball's speed along the race under the effects' drag.
 
     It is c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move reduces the
@@ -190,19 +200,25 @@ def drag_rate(system: System) -> float:
     (docs/equations.md, 2). For a deck in space, its rotation adds to 1 / M; the position of the
     balls at which it adds most is taken.
     """
-    n = system.balls.shape[0]
-    if n == 0:
+    if not len(system.balls):
         return 0.0
-    masses, inertia = system.balls[:, MASS], system.balls[:, ROLLING_MASS]
-    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
-    drag = [over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls]
-    _check_finite(system.effects, DRAG, drag)
-    fastest = 0.0
+    masses, inertia = system.balls[:, MASS].T, system.balls[:, ROLLING_MASS].T
+    drag, fastest, diagonal = _drag(system).T, 0.0, np.eye(len(system.balls))
     for yields in registry.of_system(system).yields(system):
-        coupled = np.diag(inertia) - masses[:, None] * masses * yields
-        decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
-        fastest = max(fastest, float(decays.real.max()))
+        coupled = inertia[..., None] * diagonal - masses[..., None] * masses[..., None, :] * yields
+        decays = np.linalg.eigvals(np.linalg.solve(coupled, drag[..., None] * diagonal))
+        fastest = np.maximum(fastest, decays.real.max(axis=-1))
     return fastest
+
+
+def _drag(system: System) -> np.ndarray:
+    """Return the drag coefficient of each ball [N s/m]; with columns, shape (balls, runs)."""
+    balls = system.balls[:, [MASS, RADIUS]]
+    # Effects that branch on a number take floats only.
+    rows = balls.tolist() if balls.ndim == 2 else balls
+    drag = stacked(over_effects(system.effects, "ball_drag", 0.0, Ball(*row)) for row in rows)
+    _check_finite(system.effects, DRAG, drag)
+    return drag
 
 
 def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
@@ -213,9 +229,7 @@ def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
     balls are taken at one angle, at which the rates are largest.
     """
     effects, n = system.effects, len(system.balls)
-    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
-    drag = np.array([over_effects(effects, "ball_drag", 0.0, ball) for ball in balls])
-    _check_finite(effects, DRAG, list(drag))
+    drag = _drag(system)
     stiffness = float(over_effects(effects, "loop_torque", 0.0, 0.0, 1.0))
     alone, together = 0j, 0j
     for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False) if n else (0.0,):

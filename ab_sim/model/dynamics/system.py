@@ -1,7 +1,7 @@
 """Constants of the moving bodies, the columns of their arrays, and the layout of the state."""
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +35,11 @@ EVENTFUL = {
 
 
 class System(NamedTuple):
-    """Constants of a scene. Effects that are not in ``effects`` are not computed."""
+    """Constants of a scene. Effects that are not in ``effects`` are not computed.
+
+    The system of a scene with columns of runs has columns in place of numbers, and ``balls`` has
+    the shape (n, FIRST_TURNS + 1, runs).
+    """
 
     deck_model: Any
     """Deck and rotor: an instance of a deck model, see ``ab_sim.model.equations.planar``."""
@@ -67,7 +71,12 @@ class System(NamedTuple):
 
 def constants_of_balls(system: System) -> np.ndarray:
     """Return the balls' constants that formulas use, shape (``BALL_COLUMNS``, n)."""
-    return system.balls.T[:FIRST_TURNS].copy()
+    return system.balls[:, :FIRST_TURNS].swapaxes(0, 1).copy()
+
+
+def stacked(numbers: Iterable[Any]) -> np.ndarray:
+    """Return numbers as one float array; if some are columns of runs, the last axis is the run."""
+    return np.array(np.broadcast_arrays(*numbers), float)
 
 
 def has_friction(effects: tuple[Any, ...]) -> bool:

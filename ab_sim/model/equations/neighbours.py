@@ -16,7 +16,7 @@ this amount where l < R, too early where l > R.
 import math
 from collections.abc import Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -165,23 +165,31 @@ def check_row(scene: "Scene") -> None:
 
 def start_gaps(scene: "Scene", contacts: int) -> list[float]:
     """Return the gaps between balls at the first ``contacts`` contacts at the start [m]."""
+    if not contacts:
+        return []
     return [
         apart - scene.race.radius * _apart(scene, i, j)
         for i, j, apart in _neighbours(scene)[:contacts]
     ]
 
 
-def reduced(angle: float) -> tuple[float, float]:
-    """Return an angle as (angle within -pi .. pi, whole turns).
+def reduced(angle: Any) -> tuple[Any, Any]:
+    """Return an angle, or a column of angles, as (angle within -pi .. pi, whole turns).
 
     An angle in that range is returned unchanged. Up to 1e15 rad, turns are exact, and the angle is
     off by at most 5e-16 rad.
     """
+    if isinstance(angle, np.ndarray):
+        # One by one, because NumPy's sine may differ from the C library's in the last bit.
+        within, turns = angle.copy(), np.zeros(angle.shape)
+        for k in np.flatnonzero(np.abs(angle) > math.pi):
+            within[k], turns[k] = reduced(float(angle[k]))
+        return within, turns
     if abs(angle) <= math.pi:
         return angle, 0.0
     # The C library reduces the argument with as many digits of pi as necessary.
-    within = math.atan2(math.sin(angle), math.cos(angle))
-    return within, float(round((angle - within) / (2 * math.pi)))
+    rest = math.atan2(math.sin(angle), math.cos(angle))
+    return rest, float(round((angle - rest) / (2 * math.pi)))
 
 
 def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:

@@ -9,7 +9,7 @@ and Hulbert (1993), J. Appl. Mech. 60, is the form for second-order equations, w
 """
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class Alpha(NamedTuple):
     """Newmark's gamma: weight of y' at the step's end in the increment of y."""
 
 
-def _growth_of(weights: Alpha, z: complex) -> complex:
+def _growth_of(weights: Alpha, z: Any) -> Any:
     """Return the growth per step for y' = lambda y, z = step times lambda: the larger root.
 
     A step maps (y, h y') linearly. Of the two eigenvalues of this map, one approximates the
@@ -41,9 +41,12 @@ def _growth_of(weights: Alpha, z: complex) -> complex:
     a = am - gamma * af * z
     b = 1.0 - 2.0 * am - (gamma * (1.0 - af) + (1.0 - gamma) * af) * z
     c = am - 1.0 - (1.0 - gamma) * (1.0 - af) * z
-    largest = complex(max(np.roots([a, b, c]), key=abs))
+    half = np.sqrt(b * b - 4.0 * a * c + 0j)
+    roots = (-b - half) / (2.0 * a), (-b + half) / (2.0 * a)
+    largest = np.where(abs(roots[0]) > abs(roots[1]), *roots)
     # With rho = 1, the parasitic root is -1 for any z; rounding must not make it unstable.
-    return largest / abs(largest) if 1.0 < abs(largest) < 1.0 + ROUNDING else largest
+    rounded = (1.0 < abs(largest)) & (abs(largest) < 1.0 + ROUNDING)
+    return np.where(rounded, largest / abs(largest), largest)
 
 
 RADIUS = Parameter(

@@ -11,13 +11,15 @@ extrapolation. Deuflhard (1985), SIAM Review 27, 505-535: extrapolation of stiff
 Wanner, Solving Ordinary Differential Equations II, IV.9.
 """
 
+from typing import Any
+
 from ab_sim.engine.integrate.registry import Stepper, register
 from ab_sim.engine.kernels.runge_kutta import Extrapolation
 
 METHOD = Extrapolation((1, 2, 3, 4, 5, 6, 7, 8))
 
 
-def growth(z: complex) -> complex:
+def growth(z: Any) -> Any:
     """Return the stability function for all motions except drag."""
     pairs = zip(METHOD.divisions, METHOD.weights, strict=True)
     return sum((weight * (1 + z / n) ** n for n, weight in pairs), 0j)

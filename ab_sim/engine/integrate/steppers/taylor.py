@@ -5,7 +5,7 @@ length of a step from the tolerance; Moore, Interval Analysis (1966), ch. 11, fo
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ab_sim.engine.integrate.registry import Parameter, Stepper, register_family
 
@@ -70,7 +70,7 @@ def taylor(tolerance: float, order: float, steps: float) -> Stepper:
     length = steps or 1.0
     """Length of the method's own steps, in steps of the scene or in parts of one."""
 
-    def growth(z: complex) -> complex:
+    def growth(z: Any) -> Any:
         term = total = 1.0 + 0.0j
         for k in range(1, chosen + 1):
             term *= z * length / k

@@ -28,7 +28,7 @@ _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0
 def _deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
     """Return the constants of the deck model of a scene with these effects."""
     eccentricity = scene.rotor.eccentricity
-    sag_x, sag_y = _sag(scene.total_mass, effects)
+    sag_x, sag_y = _sag(scene.total_mass, effects) if has_gravity(effects) else (0.0, 0.0)
     return Planar(
         total_mass=scene.total_mass,
         unbalance=scene.eccentric_mass * eccentricity,
@@ -51,8 +51,8 @@ def _start_of(scene: Scene, system: System) -> np.ndarray:
     return np.array([number for x, y in pairs for number in (c * x + s * y, c * y - s * x)])
 
 
-def rates_of(system: System, top_speed: float) -> dict[str, complex]:
-    """Return the fastest eigenvalue [1/s] of the suspension.
+def rates_of(system: System, top_speed: float) -> dict[str, Any]:
+    """Return the fastest eigenvalue [1/s] of the suspension, or a column of it.
 
     Parameters
     ----------
@@ -61,41 +61,16 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     top_speed
         Largest spindle speed [rad/s]; on rotating axes, the deck's whirl is faster by this speed.
     """
-    body, effects = system.deck_model, system.effects
-    mass = body.total_mass - float(system.balls[:, MASS].sum())
-    poles = poles_of(effects, body, mass)[:, 0]
-    turning = poles + 1j * np.where(poles.imag >= 0, top_speed, -top_speed)
-    fastest = complex(turning[np.abs(turning).argmax()])
-    return {f"the deck's whirl at {top_speed:.6g} rad/s": fastest}
-
-
-def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray:
-    """Return eigenvalues [1/s] of the suspension in several directions, on fixed axes.
-
-    Parameters
-    ----------
-    effects
-        Effects of the scene.
-    body
-        Deck model of the scene.
-    mass
-        Moving mass [kg].
-
-    Returns
-    -------
-    np.ndarray
-        Shape (poles, runs). Numbers of the arguments may be columns, shape (runs,), with one number
-        per run; otherwise runs = 1.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An effect cannot be computed with columns.
-    """
-    damping, stiffness = _resistances(effects, body)
+    mass = system.deck_model.total_mass - system.balls[:, MASS].sum(axis=0)
+    damping, stiffness = _resistances(system.effects, system.deck_model)
     mean, apart = damping / (2.0 * mass), stiffness / mass
     half = np.sqrt(mean**2 - apart + 0j)
-    return np.concatenate([-mean + half, -mean - half])
+    poles = np.concatenate([-mean + half, -mean - half])
+    turning = poles + 1j * np.where(poles.imag >= 0, top_speed, -top_speed)
+    places = np.abs(turning).argmax(axis=0, keepdims=True)
+    fastest = np.take_along_axis(turning, places, axis=0)[0]
+    name = f"the deck's whirl at {top_speed:.6g} rad/s"
+    return {name: complex(fastest[0]) if len(fastest) == 1 else fastest}
 
 
 def _yields_of(system: System) -> list[np.ndarray]:
@@ -108,7 +83,8 @@ def _yields_of(system: System) -> list[np.ndarray]:
     list[np.ndarray]
         One matrix, shape (balls, balls), for all balls at one angle; it is the same for any angle.
     """
-    return [np.full((len(system.balls),) * 2, 1.0 / system.deck_model.total_mass)]
+    yields = 1.0 / np.asarray(system.deck_model.total_mass)
+    return [yields[..., None, None] * np.ones((len(system.balls),) * 2)]
 
 
 def linearised(system: System) -> Linearised:
@@ -145,8 +121,6 @@ def linearised(system: System) -> Linearised:
 @functools.lru_cache(maxsize=64)
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
     """Return the sag under gravity, from the suspension's unloaded position [m]."""
-    if not has_gravity(effects):
-        return 0.0, 0.0
     weight = mass * np.array(over_effects(effects, "gravity", (0.0, 0.0)))
 
     def unbalanced(place: np.ndarray) -> np.ndarray:
