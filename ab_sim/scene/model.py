@@ -32,8 +32,8 @@ _IN_PLANE = ("deck_force", "space_force")
 IN_SPACE = ("mount_stiffening",)
 """Methods by which effects act on a deck in the plane of the disc, and on one in space."""
 Condition = tuple[Any, Callable[[], str]]
-"""Whether a condition holds, a bool or a mask of runs; and a function that returns the message of a
-single scene for which it does not hold."""
+"""Result of a condition, a bool or a mask of runs, and a function that returns the message of a
+single scene that violates it."""
 
 
 class Scene(Section):

@@ -161,14 +161,9 @@ class LaneStarts(NamedTuple):
 
     @classmethod
     def of_columns(cls, run: PreparedRun, runs: int) -> "LaneStarts":
-        """Return the start data of a prepared run with columns of so many runs."""
-        axes = (1, 1, 1, 2, 2)
-        return cls(
-            *(
-                np.broadcast_to(start, (runs, *start.shape[start.ndim - n :]))
-                for start, n in zip(_start_of(run), axes, strict=True)
-            )
-        )
+        """Return the start data of ``runs`` runs from a prepared run with columns."""
+        starts = zip(_start_of(run), (1, 1, 1, 2, 2), strict=True)
+        return cls(*(np.broadcast_to(x, (runs, *x.shape[x.ndim - axes :])) for x, axes in starts))
 
     def rows(self, which: slice) -> "LaneStarts":
         """Return the start data of some of the runs."""
