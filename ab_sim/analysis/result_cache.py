@@ -89,7 +89,7 @@ class ResultCache:
             try:
                 write_whole(file, entry.encode())
             except OSError as error:
-                _say(f"{file.parent}: results cannot be stored there: {error.strerror}")
+                warn_once(f"{file.parent}: results cannot be stored there: {error.strerror}")
         return result
 
     def folder_of(self, scene: Scene, modules: Iterable[str], **numbers: Any) -> Path | None:
@@ -122,7 +122,7 @@ class ResultCache:
                 frozenset([self._function.__module__, *effects, *modules])
             )
         except NotOfSources as reason:
-            _say(f"results are not cached: {reason}")
+            warn_once(f"results are not cached: {reason}")
             return "", None
         content = [what, scene.as_mapping(), numbers, __version__, origins]
         key = hashlib.sha256(_canonical(content).encode()).hexdigest()
@@ -177,7 +177,7 @@ def _canonical(value: Any) -> str:
 
 
 @functools.cache
-def _say(line: str) -> None:
+def warn_once(line: str) -> None:
     """Log a line once; it goes to standard error unless logging is configured."""
     logging.getLogger("ab_sim").warning(visible(line))
 

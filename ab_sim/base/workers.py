@@ -18,8 +18,6 @@ from ab_sim.base.errors import AbSimError
 from ab_sim.base.interruption import kept_from_children
 from ab_sim.base.plug_ins import load_files, loaded_files
 
-_CHUNK = 16
-"""Number of items that a process gets at a time, by default."""
 TRIAL = 0.5
 """Time in which this process works alone, to estimate the total time [s]."""
 _AHEAD = 3
@@ -78,7 +76,7 @@ class Workers:
         self,
         function: Callable[[Item], Result],
         items: Sequence[Item],
-        chunk: int = _CHUNK,
+        chunk: int = 1,
     ) -> Iterator[Result]:
         """Yield results in the order of the items, as they are computed.
 

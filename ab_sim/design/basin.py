@@ -190,7 +190,7 @@ def basin(
             ready = resolve_accuracy(scene, tell=progress)[0] if wanted else scene
             parts = [wanted[k : k + _CHUNK] for k in range(0, len(wanted), _CHUNK)]
             of_part = functools.partial(_ends, ready, count)
-            return itertools.chain.from_iterable(pool.each(of_part, parts, 1))
+            return itertools.chain.from_iterable(pool.each(of_part, parts))
 
         ends = dict(zip(points, kept.of(points, run, "runs", progress), strict=True))
     rows = [

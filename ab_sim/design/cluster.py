@@ -10,14 +10,12 @@ import functools
 import hashlib
 import importlib
 import importlib.util
-import io
 import json
 import logging
 import math
 import pickle
 import queue
 import socket
-import sys
 import threading
 import time
 import uuid
@@ -119,12 +117,7 @@ class Cluster:
     def __exit__(self, *_: object) -> None:
         self._ends.close()
 
-    def each(
-        self,
-        function: Callable[[Item], Result],
-        items: Sequence[Item],
-        chunk: int = 1,
-    ) -> Iterator[Result]:
+    def each(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
         """Yield results in the order of the items.
 
         Parameters
@@ -133,8 +126,6 @@ class Cluster:
             Module-level function, or a partial of one.
         items
             Arguments of the calls; each is read when it is sent.
-        chunk
-            Number of items that a worker gets at a time.
 
         Raises
         ------
@@ -146,7 +137,8 @@ class Cluster:
         if not items:
             return
         try:
-            modules = _modules_of(function, self.modules)
+            home = function.func if isinstance(function, functools.partial) else function
+            modules = frozenset([home.__module__, *self.modules])
             fingerprint = _fingerprint(modules)
         except NotOfSources as reason:
             raise ClusterUnusable(
@@ -155,28 +147,27 @@ class Cluster:
         client = self._connected()
         # A few calls per worker thread are in flight, so that no worker waits for this process and
         # few calls are lost at an interrupt. Results are yielded in the order of the items.
-        parts = (items[k : k + chunk] for k in range(0, len(items), chunk))
-        flying: deque[Future] = deque()
+        waiting, flying = iter(items), deque[Future]()
         while True:
             room = max(0, _IN_FLIGHT * max(1, self._threads_now(client)) - len(flying))
-            for part in islice(parts, room):
-                work = pickle.dumps((function, list(part)))
-                task = pickle.dumps(_Call(_results_of, modules, fingerprint, work))
+            for item in islice(waiting, room):
+                work = pickle.dumps((function, item))
+                task = pickle.dumps(_Call(_result_of, modules, fingerprint, work))
                 flying.append(self._sent(client, task))
             if not flying:
                 return
             self._news.wait(_LOOKS)
             self._news.clear()
-            for results in self._finished(client, flying):
-                if isinstance(results, Differs):
+            for result in self._finished(client, flying):
+                if isinstance(result, Differs):
                     raise ClusterUnusable(
-                        f"the worker on {results.host} would not give the same bits: "
-                        f"{_differences(_made_of(modules), results.made_of)}; install the same "
+                        f"the worker on {result.host} would not give the same bits: "
+                        f"{_differences(_made_of(modules), result.made_of)}; install the same "
                         "versions there as here, and restart it"
                     )
-                if isinstance(results, Exception):
-                    raise results
-                yield from results
+                if isinstance(result, Exception):
+                    raise result
+                yield result
 
     def _connected(self) -> "Client":
         """Return the client, connecting at the first call.
@@ -382,12 +373,10 @@ class _Call:
         return self._call
 
 
-def _results_of(
-    modules: frozenset[str], fingerprint: str, work: bytes
-) -> list[Any] | Differs | Exception:
+def _result_of(modules: frozenset[str], fingerprint: str, work: bytes) -> Any:
     """Perform a task on a worker.
 
-    Exceptions of the calls are returned. An exception that is raised therefore concerns the worker
+    An exception of the call is returned. An exception that is raised therefore concerns the worker
     itself, for example if ab_sim is not installed there.
 
     Parameters
@@ -397,13 +386,13 @@ def _results_of(
     fingerprint
         Fingerprint of sources and versions in the requesting process.
     work
-        Pickled function and its items.
+        Pickled function and its argument.
 
     Returns
     -------
-    list[Any] | Differs | Exception
-        Results of the items in their order, or the exception of a call, or the refusal of a worker
-        with other sources.
+    Any
+        Result, or the exception of the call, or the refusal ``Differs`` of a worker with other
+        sources.
     """
     try:
         with _PARSER_LOCK:
@@ -415,26 +404,10 @@ def _results_of(
     try:
         for module in modules:
             importlib.import_module(module)  # registers its metrics and effects
-        function, items = pickle.loads(work)
-        return [function(item) for item in items]
+        function, item = pickle.loads(work)
+        return function(item)
     except Exception as error:
         return error
-
-
-def _modules_of(function: Callable[..., Any], modules: Iterable[str]) -> frozenset[str]:
-    """Return the modules on which results depend.
-
-    They are the named ``modules``, that of the function, and those of its bound arguments, without
-    modules of Python and of installed packages.
-    """
-    home = function.func if isinstance(function, functools.partial) else function
-    _, versions = sources_and_versions(frozenset([home.__module__]))
-    named = {
-        module
-        for module in _modules_in(pickle.dumps(function))
-        if module.partition(".")[0] not in sys.stdlib_module_names | versions.keys()
-    }
-    return frozenset([home.__module__, *modules, *named])
 
 
 def _differences(here: dict[str, str], there: dict[str, str]) -> str:
@@ -451,19 +424,6 @@ def _differences(here: dict[str, str], there: dict[str, str]) -> str:
         more = f" and {len(sources) - 1} others" if len(sources) > 1 else ""
         versions.append(f"another source of {sources[0]}{more}")
     return "; ".join(versions).replace(_INSTALLED, "")
-
-
-def _modules_in(pickled: bytes) -> set[str]:
-    """Return the modules of classes and functions in a pickle."""
-    modules: set[str] = set()
-
-    class Seen(pickle.Unpickler):
-        def find_class(self, module: str, name: str) -> Any:
-            modules.add(module)
-            return super().find_class(module, name)
-
-    Seen(io.BytesIO(pickled)).load()
-    return modules
 
 
 @functools.cache

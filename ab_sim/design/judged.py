@@ -51,8 +51,9 @@ class Point(NamedTuple):
 
 
 def modules_of(job: Job) -> set[str]:
-    """Return the names of the modules of a job's metrics, on whose sources its rows depend."""
-    return {metric.accumulator.__module__ for metric in metric_columns(job.metrics)}
+    """Return the modules of a job's metrics and effects, on whose sources its rows depend."""
+    metrics = {metric.accumulator.__module__ for metric in metric_columns(job.metrics)}
+    return metrics | {type(effect).__module__ for effect in job.scene.effects.values()}
 
 
 def has_settled(outcomes: Iterable[str]) -> np.ndarray:

@@ -234,17 +234,16 @@ def run_tuning(
     study: dict[str, object] = {"tune": task.report()}
     candidates = Candidates(task, study)
     job = Job(scene, candidates.keys, task.metrics)
-    tables, scores, best_yet = list[pyarrow.Table](), list[Scores](), _BestYet(task.aim)
+    tables, scores = list[pyarrow.Table](), list[Scores]()
     with executor or Workers(1) as entered, StudyRuns(job, study, entered) as runs:
 
         def costs(values: np.ndarray) -> np.ndarray:
             table = runs.rows(candidates, candidates.add(values))
             tables.append(table)
             scores.append(scored(table, task))
-            best_yet.take(scores[-1])
             if tell is not None:
                 done = min(len(candidates.values), task.candidates)
-                tell(best_yet.text, done, task.candidates)
+                tell(_best_yet(task.aim, joined(scores)), done, task.candidates)
             return scores[-1].costs
 
         search(task.ranges, costs, task.candidates, task.seed, _scene_values(task))
@@ -311,19 +310,10 @@ def _scene_values(task: Task) -> list[float] | None:
     return values
 
 
-class _BestYet:
-    """Progress text of a search."""
-
-    def __init__(self, aim: Aim) -> None:
-        self._aim, self._cost = aim, math.inf
-        self.text = "none within bounds yet"
-
-    def take(self, scores: Scores) -> None:
-        """Process the scores of further candidates."""
-        best = best_of(scores)
-        if best is not None and scores.costs[best] < self._cost:
-            self._cost = float(scores.costs[best])
-            self.text = f"{self._aim}: {number(float(scores.aims[best]))}"
+def _best_yet(aim: Aim, scores: Scores) -> str:
+    """Return the progress text of a search."""
+    best = best_of(scores)
+    return f"{aim}: {number(scores.aims[best])}" if best is not None else "none within bounds yet"
 
 
 def _judged(task: Task, values: Sequence[tuple[Any, ...]]) -> Scores:

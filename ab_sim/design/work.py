@@ -9,7 +9,6 @@ import contextlib
 import errno
 import functools
 import hashlib
-import logging
 import math
 import os
 import time
@@ -21,8 +20,8 @@ import numpy as np
 import pyarrow
 from pyarrow import parquet
 
-from ab_sim.analysis.result_cache import ResultCache
-from ab_sim.base.errors import InputError, visible
+from ab_sim.analysis.result_cache import ResultCache, warn_once
+from ab_sim.base.errors import InputError
 from ab_sim.base.files import lock, write_whole
 from ab_sim.base.presentation import Progress
 from ab_sim.base.workers import Workers
@@ -65,7 +64,6 @@ class Parts:
         numbers = {"keys": list(job.keys), "metrics": list(job.metrics), "points": points}
         self._folder = ResultCache(judged).folder_of(job.scene, modules_of(job), **numbers)
         self._lock: int | None = None
-        self._complained = False
 
     def __enter__(self) -> "Parts":
         if self._folder is not None:
@@ -73,7 +71,7 @@ class Parts:
                 self._folder.mkdir(mode=0o700, exist_ok=True)
                 self._lock = os.open(self._folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
             except OSError as error:
-                self._complain(error)
+                self._warn(error)
                 self._folder = None
         if self._lock is not None:
             try:
@@ -91,12 +89,11 @@ class Parts:
             os.close(self._lock)
 
     def done(self, schema: pyarrow.Schema) -> pyarrow.Table:
-        """Return all valid stored rows, one per run; damaged parts are left out."""
+        """Return all valid stored rows, one per run, by run; damaged parts are left out."""
         files = sorted(self._folder.glob(f"*{_SUFFIX}")) if self._folder is not None else []
         tables = [table_here for file in files if (table_here := _read(file, schema)) is not None]
         whole = pyarrow.concat_tables([schema.empty_table(), *tables])
-        runs = whole[RUN].to_numpy()
-        return whole if len(set(runs.tolist())) == len(runs) else _once(whole)
+        return whole.take(np.unique(whole[RUN].to_numpy(), return_index=True)[1])
 
     def keep(self, rows: pyarrow.Table) -> None:
         """Store a part; log one line and continue if that is not possible."""
@@ -108,7 +105,7 @@ class Parts:
         try:
             write_whole(self._folder / (_digest(content) + _SUFFIX), content)
         except OSError as error:
-            self._complain(error)
+            self._warn(error)
 
     def join(self, rows: pyarrow.Table) -> None:
         """Replace many parts by one with all rows, so that a later start reads a single file."""
@@ -124,13 +121,10 @@ class Parts:
                 with contextlib.suppress(OSError):
                     file.unlink()
 
-    def _complain(self, error: OSError) -> None:
+    def _warn(self, error: OSError) -> None:
         """Log once that parts cannot be stored."""
-        if not self._complained:
-            self._complained = True
-            reason = error.strerror or errno.errorcode.get(error.errno or 0, "")
-            message = f"{self._folder}: finished runs cannot be stored there: {reason}"
-            logging.getLogger("ab_sim").warning(visible(message))
+        reason = error.strerror or errno.errorcode.get(error.errno or 0, "")
+        warn_once(f"{self._folder}: finished runs cannot be stored there: {reason}")
 
 
 def _digest(content: bytes) -> str:
@@ -148,12 +142,6 @@ def _read(file: Path, schema: pyarrow.Schema) -> pyarrow.Table | None:
     except (OSError, pyarrow.ArrowException):
         return None
     return table if table.schema.equals(schema) else None
-
-
-def _once(rows: pyarrow.Table) -> pyarrow.Table:
-    """Return rows with each run once, the first of its rows."""
-    first = {int(run): place for place, run in reversed(list(enumerate(rows[RUN].to_pylist())))}
-    return rows.take(sorted(first.values()))
 
 
 def rows_of(
@@ -216,7 +204,7 @@ class StudyRuns:
         self._parts.__enter__()
         if isinstance(self._executor, Cluster):
             self._executor.modules = modules_of(self._job)
-        self._done = self._parts.done(schema_of(self._job)).sort_by(RUN)
+        self._done = self._parts.done(schema_of(self._job))
         return self
 
     def __exit__(self, *raised: Any) -> None:
@@ -274,7 +262,7 @@ class StudyRuns:
             size = min(most, math.ceil((len(missing) - taken) / _FEWEST), _MOST_OF_A_CHUNK)
             size = max(LANES, math.ceil(size / LANES) * LANES)
             chunks = _Chunks(points, missing[taken:], size)
-            yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)
+            yield from self._executor.each(functools.partial(judged, self._job), chunks)
 
 
 class _Chunks(Sequence[list[Point]]):

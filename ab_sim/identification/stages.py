@@ -329,7 +329,7 @@ class StagedFit:
                 what = f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %"
                 starts, fits = tried[:keep], list[Fitted]()
                 self._tell(what, 0, len(starts))
-                for fit, runs in self._workers.each(partial(_searched, part, free), starts, 1):
+                for fit, runs in self._workers.each(partial(_searched, part, free), starts):
                     fits.append(fit)
                     whole.runs += runs
                     self._tell(what, len(fits), len(starts))

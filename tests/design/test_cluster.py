@@ -69,11 +69,11 @@ def test_they_come_in_order_from_all_workers_and_things_are_made_when_they_are_s
 ) -> None:
     things = calls.Lazy(60)
     with Cluster(cluster.address) as each:
-        results = each.each(calls.where, things, chunk=1)
+        results = each.each(calls.where, things)
         found = [next(results)]
         assert max(things.made) < 40
         found += results
-        again = list(each.each(calls.where, range(7), chunk=3))
+        again = list(each.each(calls.where, range(7)))
     assert [number for number, _ in found] == list(range(60))
     assert [number for number, _ in again] == list(range(7))
     homes = {home for _, home in found}

@@ -27,6 +27,8 @@ from ab_sim.base.presentation import Column, Columns, Presented, Progress
 from ab_sim.base.version import __version__
 from ab_sim.base.workers import Workers
 
+_AT_A_TIME = 16
+"""Number of points that a process gets at a time."""
 COARSE = 8
 """Default initial spacing of the points of a map."""
 
@@ -189,11 +191,13 @@ def stability_map(
     ):
 
         def verdicts(points: Sequence[Point]) -> list[int]:
-            compute = functools.partial(workers_.each, functools.partial(label_at, plane))
+            label = functools.partial(label_at, plane)
+            compute = functools.partial(workers_.each, label, chunk=_AT_A_TIME)
             return labels.of(points, compute, "points near borders", tell)
 
         def circulation(points: Sequence[Point]) -> list[int]:
-            compute = functools.partial(workers_.each, functools.partial(circulation_at, plane))
+            code = functools.partial(circulation_at, plane)
+            compute = functools.partial(workers_.each, code, chunk=_AT_A_TIME)
             return codes.of(points, compute, "balls that circulate", tell)
 
         grid = refined(verdicts, plane.shape, coarse)
