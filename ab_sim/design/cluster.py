@@ -147,7 +147,8 @@ class Cluster:
         client = self._connected()
         # A few calls per worker thread are in flight, so that no worker waits for this process and
         # few calls are lost at an interrupt. Results are yielded in the order of the items.
-        waiting, flying = iter(items), deque[Future]()
+        waiting = iter(items)
+        flying: deque[Future] = deque()
         while True:
             room = max(0, _IN_FLIGHT * max(1, self._threads_now(client)) - len(flying))
             for item in islice(waiting, room):
