@@ -196,18 +196,10 @@ class Scene(Section):
             values["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
         return values
 
-    def conditions(self) -> Iterator[Condition]:
-        """Yield the conditions between masses and radii; their numbers may be columns.
-
-        After a condition that does not hold, the next ones may have no meaning.
-        """
-        yield from _of_masses(self)
-        yield from _of_radii(self)
-
     @model_validator(mode="after")
     def _consistent(self) -> "Scene":
         _check_lists(self)
-        for holds, message in self.conditions():
+        for holds, message in conditions(self):
             if not holds:
                 raise ValueError(message())
         for check in (
@@ -241,6 +233,15 @@ def _check_lists(scene: Scene) -> None:
                 f"{key}: has {len(values)} {what} for {balls.count} balls (balls.count); "
                 f"give one per ball, {instead}"
             )
+
+
+def conditions(scene: Scene) -> Iterator[Condition]:
+    """Yield the conditions between masses and radii; the numbers may be columns of runs.
+
+    After a condition that does not hold, the next ones may have no meaning.
+    """
+    yield from _of_masses(scene)
+    yield from _of_radii(scene)
 
 
 def _of_masses(scene: Scene) -> Iterator[Condition]:

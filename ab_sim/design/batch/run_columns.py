@@ -29,7 +29,7 @@ from ab_sim.model.equations.planar import Planar
 from ab_sim.model.spindle import Ramp
 from ab_sim.scene.bounds import bounds_at
 from ab_sim.scene.load import changed_scene
-from ab_sim.scene.model import Scene
+from ab_sim.scene.model import Scene, conditions
 
 _ANGLES = "start.ball_angles"
 """Key of the start angles, the only one with a list per run."""
@@ -246,7 +246,7 @@ def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], rows: np.ndarray
     valid = np.ones(len(rows), bool)
     for column in columns.values():
         valid &= np.isfinite(column[rows]).reshape(len(rows), -1).all(axis=1)
-    for holds, _ in _scene_of_columns(base.scene, columns, rows).conditions():
+    for holds, _ in conditions(_scene_of_columns(base.scene, columns, rows)):
         valid &= holds
     rows = rows[valid]
     run = base.with_numbers_of(_scene_of_columns(base.scene, columns, rows))
