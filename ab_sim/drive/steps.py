@@ -11,18 +11,18 @@ import numpy as np
 from ab_sim.base.errors import DivergedError
 from ab_sim.engine.compiling import BoundFunction, KeptArray, compiled
 from ab_sim.engine.compiling.kinds import aligned
-from ab_sim.engine.events.run import ImplicitWork, Run
 from ab_sim.engine.events.run_arrays import balls_of, workspace
 from ab_sim.engine.integrate.registry import Stepper
 from ab_sim.engine.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
-from ab_sim.engine.kernels.code import Code, code_of, lanes_for, tangent_address
+from ab_sim.engine.kernels.code import Code, code_of
 from ab_sim.engine.kernels.constants import numbers_of
 from ab_sim.engine.kernels.runge_kutta import EMITTED
-from ab_sim.engine.stepping.assemble import NOWHERE, flags_of, run_with
-from ab_sim.engine.stepping.fixed_step import advance
+from ab_sim.engine.stepping.advance import Method, advance
+from ab_sim.engine.stepping.assemble import NOWHERE, flags_of, implicit_steps, run_with
+from ab_sim.engine.stepping.fixed_step import FixedSteps
+from ab_sim.engine.stepping.plan import plan_line
 from ab_sim.engine.taylor.assemble import memory_size, run_by_taylor
-from ab_sim.engine.taylor.driver import advance_by_taylor
 from ab_sim.model.dynamics.assemble import active_segment, state_bounds
 from ab_sim.model.dynamics.system import System
 from ab_sim.model.spindle import Ramp, ScheduledSegment, SpeedSchedule
@@ -38,7 +38,7 @@ class StepPlanPart(NamedTuple):
     kind: type
     """Kind of the segments."""
     table: np.ndarray
-    """Rows of step ranges, with columns as in ``stepping.fixed_step.FIRST``."""
+    """Rows of step ranges, with columns as in ``stepping.plan``."""
     first: int
     """Number of step ranges of the plan before this part."""
 
@@ -92,7 +92,7 @@ class StepPlan:
     ) -> int:
         """Take steps after the first ``first`` ones.
 
-        Arguments and result are those of ``fixed_step.advance``.
+        Arguments and result are those of ``stepping.advance``.
 
         Parameters
         ----------
@@ -121,9 +121,7 @@ def _line(step_range: StepRange, next_: StepRange) -> list[float]:
     """Return the row of a step range in ``StepPlanPart.table``; ``next_`` is the range after it."""
     # The last part of a step completes it.
     ended = step_range.steps or int(next_.first != step_range.first)
-    first, scheduled = step_range.first, step_range.scheduled
-    times = first, first + ended, scheduled.start, step_range.offset, step_range.length
-    return [*times, *active_segment(scheduled).numbers]
+    return plan_line(step_range, step_range.first + ended, active_segment(step_range.scheduled))
 
 
 _MOST_NAMED = 3
@@ -192,12 +190,12 @@ class Steps:
         self.discrete_state, self.state = discrete_state, aligned(bounds.shape)
         self._balls = balls_of(system, discrete_state)
         self.work = workspace(self._balls, bounds, self._memory(len(bounds)))
-        self._made: dict[type[Any], tuple[Run, BoundFunction, Code]] = {}
+        self._made: dict[type[Any], tuple[Method, BoundFunction, Code]] = {}
         self._part: StepPlanPart | None = None
         """Part of the plan that ``_taken`` is bound to."""
 
     def along(self, part: StepPlanPart) -> BoundFunction:
-        """Return the function that takes steps along a part of a plan, ``fixed_step.advance``."""
+        """Return the function that takes steps along a part of a plan, ``stepping.advance``."""
         if part is not self._part:
             self._part, self._taken = part, self.along_segments(part.kind).bind(part.table)
         return self._taken
@@ -206,14 +204,9 @@ class Steps:
         """Return the function that takes steps along segments of a kind, without a table."""
         if kind not in self._made:
             code = code_of(self._system, kind)
-            run = self._run(code)
-            flags, weights = flags_of(run), self._stepper.weights
-            if isinstance(weights, TaylorParameters):
-                one = run_by_taylor(run, self._system, code, weights)
-                taken = compiled(advance_by_taylor, flags).bind(one)
-            else:
-                taken = compiled(advance, flags).bind(run)
-            self._made[kind] = run, taken, code
+            method = self._method(code)
+            taken = compiled(advance, flags_of(method.run)).bind(method)
+            self._made[kind] = method, taken, code
         return self._made[kind][1]
 
     def take(self, system: System) -> None:
@@ -222,8 +215,8 @@ class Steps:
         self._balls.constants[:] = system.balls
         self._balls.contacts[:] = system.contacts
         numbers = numbers_of(system)
-        for run, *_ in self._made.values():
-            run.scene.c[: len(numbers)] = numbers
+        for method, *_ in self._made.values():
+            method.run.scene.c[: len(numbers)] = numbers
 
     @contextlib.contextmanager
     def left_unchanged(self) -> Iterator[None]:
@@ -243,41 +236,12 @@ class Steps:
             return 1, memory_size(self._system)
         return self._stepper.memory, states
 
-    def _run(self, code: Code) -> Run:
-        """Return the run along segments of one kind; all runs share state and workspace."""
+    def _method(self, code: Code) -> Method:
+        """Return the method along segments of one kind; all share state and workspace."""
         weights, parts = self._stepper.weights, self._stepper.parts
         step = code.step(weights, parts=parts) if isinstance(weights, EMITTED) else NOWHERE
         arguments = self._balls, self.work, self._system, code, step, self._step, self.state
         run = run_with(*arguments)
-        if isinstance(weights, Alpha):
-            implicit = _implicit_of(weights, code, len(self.state))
-            run = run._replace(is_implicit=True, implicit=implicit)
-        return run
-
-
-def _implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
-    """Return the workspace of an implicit step.
-
-    Parameters
-    ----------
-    weights
-        Parameters of the generalized-alpha method.
-    code
-        Machine code of the kind of scene, with the slope and its derivative.
-    states
-        Number of states.
-    """
-    lanes = lanes_for(code.model.count)
-    return ImplicitWork(
-        code.address("slope"),
-        tangent_address(code),
-        *weights,
-        time=np.zeros(1),
-        at=aligned((states,)),
-        slope_there=aligned((states,)),
-        change=aligned((states,)),
-        along=aligned((states + 1, lanes)),
-        rates=aligned((states, lanes)),
-        jacobian=aligned((states, states)),
-        equations=aligned((states, states + 1)),
-    )
+        if isinstance(weights, TaylorParameters):
+            return run_by_taylor(run, self._system, code, weights)
+        return implicit_steps(run, weights, code) if isinstance(weights, Alpha) else FixedSteps(run)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive.steps import FOREVER, StepPlan
-from ab_sim.engine.stepping.fixed_step import END, FIRST, LENGTH, OFFSET, PLACE, START
+from ab_sim.engine.stepping.plan import END, FIRST, LENGTH, OFFSET, PLACE, START
 from ab_sim.model.dynamics.assemble import active_segment
 from ab_sim.model.spindle import RaisedCosine, Ramp, SpeedSchedule
 from ab_sim.model.spindle.step_ranges import StepResolution, step_ranges

@@ -23,7 +23,6 @@ from ab_sim.engine.events.run import (
     SceneFunctions,
 )
 from ab_sim.engine.events.run_arrays import workspace
-from ab_sim.engine.stepping.assemble import NOT_IMPLICIT
 from ab_sim.model.dynamics.system import LOADED, MASS, MOBILITY, RACE_RADIUS, ROLLING_MASS, SPACING
 from tests.events.arrays import loose_balls
 
@@ -114,7 +113,7 @@ def run_on_track(
     work = workspace(balls, bounds)
     laws = load is not None or contact
     scene = SceneFunctions(*own)
-    return Run(scene, balls, work, state, 0.1, 0, 3, -1, laws, False, NOT_IMPLICIT)
+    return Run(scene, balls, work, state, 0.1, 0, 3, -1, laws)
 
 
 def passing_points(places: np.ndarray, speeds: np.ndarray, spacing: float, time: float) -> Any:

@@ -12,6 +12,7 @@ from ab_sim.engine.compiling import compiled
 from ab_sim.engine.events.run import Run
 from ab_sim.engine.integrate.steppers.rk8 import RK8
 from ab_sim.engine.kernels.code import code_of
+from ab_sim.engine.stepping.advance import advance
 from ab_sim.engine.stepping.assemble import run_of
 from ab_sim.engine.stepping.fixed_step import (
     ANGLE,
@@ -19,7 +20,7 @@ from ab_sim.engine.stepping.fixed_step import (
     DRIFT,
     STEP,
     TIME,
-    advance,
+    FixedSteps,
     normalise,
     take_out_turns,
 )
@@ -75,9 +76,9 @@ class Drive:
         self.run = run_of(system, code, address, step, state, discrete, bounds)
         self.width = self.run.ball_column + ANGLE + 2 * self.run.balls.number
         self.width += int(self.run.balls.has_motor)
-        self.advance: Advance = lambda *given: advance(self.run, *given)
+        self.advance: Advance = lambda *given: advance(FixedSteps(self.run), *given)
         if translated:
-            self.advance = compiled(advance).bind(self.run)
+            self.advance = compiled(advance).bind(FixedSteps(self.run))
         self.done = 0
         self.take(0)
 
@@ -130,7 +131,7 @@ def test_a_run_that_leaves_its_bounds_keeps_the_last_good_state() -> None:
     run = run_on_track([0.0], [1.0])
     run.work.bounds[0] = 0.55
     way, samples = np.array([[0.0, 100.0, 0.0, 0.0, 0.1]]), np.zeros((20, 7))
-    assert advance(run, way, 0, 0, 20, math.nan, samples) == -1 - 5
+    assert advance(FixedSteps(run), way, 0, 0, 20, math.nan, samples) == -1 - 5
     assert run.state[0] == pytest.approx(0.5, abs=1e-12)
     assert run.work.trial[0] == pytest.approx(0.6, abs=1e-12)
 
@@ -138,11 +139,11 @@ def test_a_run_that_leaves_its_bounds_keeps_the_last_good_state() -> None:
 def test_samples_say_when_they_are_and_what_is_asked_for() -> None:
     run = run_on_track([0.0], [1.0])
     way, samples = np.array([[0.0, 100.0, 0.0, 0.0, 0.1]]), np.zeros((4, 7))
-    assert advance(run, way, 0, 3, 4, 7.5, samples) == 4
+    assert advance(FixedSteps(run), way, 0, 3, 4, 7.5, samples) == 4
     assert samples[:, STEP].tolist() == [4, 5, 6, 7] and (samples[:, COMMAND] == 7.5).all()
     assert samples[:, TIME].tolist() == [k * 0.1 for k in (4, 5, 6, 7)]
     present = np.zeros((1, 7))
-    assert advance(run, way, 0, 7, 0, math.nan, present) == 0
+    assert advance(FixedSteps(run), way, 0, 7, 0, math.nan, present) == 0
     assert present[0, STEP] == 7 and present[0, ANGLE] == pytest.approx(0.7)
 
 
@@ -156,7 +157,7 @@ def test_a_step_in_parts_makes_one_sample() -> None:
     ]
     run = run_on_track([0.0], [1.0])
     samples = np.zeros((3, 7))
-    assert advance(run, np.array(lines, float), 0, 0, 3, math.nan, samples) == 3
+    assert advance(FixedSteps(run), np.array(lines, float), 0, 0, 3, math.nan, samples) == 3
     np.testing.assert_allclose(samples[:, ANGLE + 3], [0.1, 0.2, 0.3], atol=1e-15)
     # The time on the piece of the profile that is in force at the end.
     np.testing.assert_allclose(samples[:, ANGLE], [0.1, 0.07, 0.17], atol=1e-15)
@@ -168,9 +169,9 @@ def test_a_stepper_forgets_at_a_kink_only() -> None:
     lines = [[0, 5, 0.0, 0.0, 0.1], [5, 9, 0.5, 0.0, 0.1]]
     way, samples = np.array(lines, float), np.zeros((3, 7))
     run.work.smooth[0] = 0.0
-    advance(run, way, 0, 0, 3, math.nan, samples)
+    advance(FixedSteps(run), way, 0, 0, 3, math.nan, samples)
     assert run.work.memory.all()
-    advance(run, way, 0, 3, 3, math.nan, samples)
+    advance(FixedSteps(run), way, 0, 3, 3, math.nan, samples)
     assert not run.work.memory.any() and run.work.smooth[0] == 0.5
 
 
@@ -179,7 +180,7 @@ def test_whole_turns_are_counted_apart() -> None:
     run.balls.discrete[:2, DIRECTION] = 1, -1
     run.balls.discrete[:2, LOADED] = 1
     way, samples = np.array([[0.0, 100.0, 0.0, 0.0, 0.1]]), np.zeros((30, 9))
-    assert advance(run, way, 0, 0, 30, math.nan, samples) == 30
+    assert advance(FixedSteps(run), way, 0, 0, 30, math.nan, samples) == 30
     assert run.balls.discrete[:2, TURNS].tolist() == [4, -4] and abs(run.state[:2]).max() < 7
     angles = 6.0 + 0.7 * np.arange(1, 31)
     np.testing.assert_allclose(samples[:, ANGLE + 3], angles, rtol=1e-14)
@@ -228,4 +229,4 @@ def test_a_quaternion_is_made_a_unit_one_where_it_has_drifted() -> None:
 def test_a_run_is_what_the_driver_is_made_for() -> None:
     """Its arrays fit: machine code takes it as it is."""
     run: Run = Drive("packed-balls").run
-    assert compiled(advance).bind(run)
+    assert compiled(advance).bind(FixedSteps(run))

@@ -14,19 +14,15 @@ from ab_sim.engine.compiling import BoundFunction, compiled
 from ab_sim.engine.events.run import Run
 from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
 from ab_sim.engine.kernels.code import Code, code_of
+from ab_sim.engine.stepping.advance import advance_side_by_side
 from ab_sim.engine.stepping.assemble import flags_of, run_of
 from ab_sim.engine.stepping.emitted import SOUND, event_test_address, settle_address, size_of_seen
-from ab_sim.engine.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
-from ab_sim.engine.stepping.side_by_side import (
-    LANES,
-    LanePlan,
-    LaneRuns,
-    LaneSamples,
-    advance_side_by_side,
-    stacked,
-)
+from ab_sim.engine.stepping.over_events import EightRuns, LanesOverEvents
+from ab_sim.engine.stepping.plan import LanePlan, plan_line
+from ab_sim.engine.stepping.side_by_side import LANES, LaneRuns, LaneSamples, stacked
 from ab_sim.engine.taylor.assemble import lanes_of
-from ab_sim.engine.taylor.driver import TaylorRuns, advance_by_taylor_side_by_side
+from ab_sim.engine.taylor.clock import STRIDE, WHERE
+from ab_sim.engine.taylor.driver import TaylorRuns
 from ab_sim.model.dynamics.assemble import (
     active_segment,
     start_discrete_state,
@@ -59,18 +55,13 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
     """
     rows = [row for ranges in _ranges_between_cuts(step_plans) for row in _plan_rows(ranges, step)]
     same_type = (
-        len({type(step_range.scheduled.law) for _, _, lanes in rows for step_range in lanes}) == 1
+        len({type(step_range.scheduled.law) for _, lanes in rows for step_range in lanes}) == 1
     )
-    numbers = [(lanes[0].first, steps, finishes) for steps, finishes, lanes in rows]
-    places = [[_place(step_range, same_type) for step_range in lanes] for _, _, lanes in rows]
-    times = [
-        [(step_range.scheduled.start, step_range.offset, step_range.length) for step_range in lanes]
-        for _, _, lanes in rows
+    lines = [
+        [plan_line(step_range, end, _place(step_range, same_type)) for step_range in lanes]
+        for end, lanes in rows
     ]
-    constants = [[place.numbers for place in row] for row in places]
-    return type(places[0][0].law), LanePlan(
-        np.array(numbers, np.int64), _by_lane(constants), _by_lane(times)
-    )
+    return type(_place(rows[0][1][0], same_type).law), LanePlan(np.array(lines, float))
 
 
 def _place(step_range: StepRange, same_type: bool) -> ActiveSegment:
@@ -106,9 +97,7 @@ def _ranges_between_cuts(
         yield ranges
 
 
-def _plan_rows(
-    ranges: list[list[StepRange]], step: float
-) -> Iterator[tuple[int, bool, list[StepRange]]]:
+def _plan_rows(ranges: list[list[StepRange]], step: float) -> Iterator[tuple[int, list[StepRange]]]:
     """Yield the rows of a plan for one interval between cuts.
 
     Parameters
@@ -120,23 +109,18 @@ def _plan_rows(
 
     Yields
     ------
-    tuple[int, bool, list[StepRange]]
-        Number of steps, whether the steps end with this row, and the step range of each run.
+    tuple[int, list[StepRange]]
+        Number of steps taken after the row, and the step range of each run.
     """
-    most = max(len(parts) for parts in ranges)
+    most, first = max(len(parts) for parts in ranges), ranges[0][0].first
     for k in range(most):
         lanes = [
             parts[k] if k < len(parts) else parts[-1]._replace(offset=step, length=0.0)
             for parts in ranges
         ]
-        yield max(1, *(step_range.steps for step_range in lanes)), k + 1 == most, lanes
-
-
-def _by_lane(values: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
-    """Return an array of shape (rows, floats, lanes) from one of shape (rows, lanes, floats)."""
-    table = np.array(values, float).transpose(0, 2, 1)
-    assert table.shape[-1] == LANES
-    return np.ascontiguousarray(table)
+        # The last part of a step completes it.
+        steps = max(1, *(step_range.steps for step_range in lanes)) if k + 1 == most else 0
+        yield first + steps, lanes
 
 
 class LaneStarts(NamedTuple):
@@ -234,7 +218,7 @@ class LaneGroup:
         if kind not in self.works:
             self.works[kind] = self._work(kind)
         work = self.works[kind]
-        _begin(work, starts)
+        _begin(work, starts, samples)
         begin = time.thread_time()
         work.advance(plan, samples)
         return work.lanes.sound, time.thread_time() - begin
@@ -245,16 +229,14 @@ class LaneGroup:
         code = code_of(system, kind)
         if isinstance(weights, TaylorParameters):
             step = self._first.scene.solver.step
-            lane_runs = lanes_of(system, code, weights, step, self._every, LANES)
-            return _Work(
-                lane_runs, (), compiled(advance_by_taylor_side_by_side).bind(lane_runs), code
-            )
+            series = lanes_of(system, code, weights, step, self._every, LANES)
+            return _Work(series, (), compiled(advance_side_by_side).bind(series), code)
         lanes = self._lanes(code)
         if not code.model.has_events:
             return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
         alone: Any = tuple(self._alone(code) for _ in range(LANES))
         over_events = self._over_events(lanes, code, alone)
-        advance = compiled(advance_over_events, flags_of(alone[0]))
+        advance = compiled(advance_side_by_side, flags_of(alone[0]))
         return _Work(lanes, alone, advance.bind(over_events), code)
 
     def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
@@ -332,7 +314,7 @@ def _lane_array(lines: int) -> np.ndarray:
     return stacked([np.zeros(lines)] * LANES)
 
 
-def _begin(work: _Work, starts: LaneStarts) -> None:
+def _begin(work: _Work, starts: LaneStarts, samples: LaneSamples) -> None:
     """Copy start data of runs into work arrays; unused lanes repeat the last run."""
     lanes, count = work.lanes, len(starts.constants)
     turns = starts.discrete[:, : len(lanes.turns), TURNS]
@@ -342,6 +324,8 @@ def _begin(work: _Work, starts: LaneStarts) -> None:
         place[:, :count] = column.T
         place[:, count:] = column[-1:].T
     lanes.status[SOUND], lanes.sound[:] = 1.0, 0.0
+    if isinstance(lanes, TaylorRuns):
+        lanes.clock[WHERE], lanes.clock[STRIDE] = np.arange(LANES) * samples.run, samples.sample
     for lane, run in enumerate(work.alone):
         row, balls, n = min(lane, count - 1), run.balls, run.balls.number
         constants = starts.constants[row]

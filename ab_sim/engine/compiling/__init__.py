@@ -22,13 +22,17 @@ subset of Python. It is translated from source and annotations to LLVM IR:
 Modules, each building on those before it: ``kinds``, ``source``, ``blocks``, ``expressions``,
 ``intrinsics``, ``translate``, ``library``, ``calling``.
 
+A function whose first argument is annotated with a Protocol is compiled once for each class of
+records that it is called with. So one loop serves several methods, with direct calls of them.
+
 The subset
 ----------
 Kinds: float (64 bits), int (64 bits), bool; arrays Floats, Table, Cube (1, 2, 3 axes), Integers,
 IntegerTable, all C-contiguous; NamedTuple classes of these and of each other; tuples; None as a
-result. Every argument and result is annotated; there are no defaults. A local variable has the kind
-of its first assignment, and both values of a conditional expression have the kind of the first. An
-int is converted to float where a float is required, never the other way round.
+result. Every result and every argument except ``self`` is annotated; there are no defaults. A local
+variable has the kind of its first assignment, and both values of a conditional expression have the
+kind of the first. An int is converted to float where a float is required, never the other way
+round.
 
 Statements: assignment, also to several names and elements at once; augmented assignment (``+=``);
 if, while, ``for i in range(...)`` with a constant step, ``for x in (a, b, c)``, which is unrolled;
@@ -37,7 +41,7 @@ break, continue, return, pass, calls.
 Expressions: + - * /; // % of ints; comparisons, also chained; and, or, not;
 ``a if c else b``; elements ``a[i, j]``; views ``a[i]``, ``a[i:j]``, ``a[i, j:]``; ``a.size``,
 ``a.shape``; fields; new NamedTuples; global numbers, also of other modules (``math.pi``); calls
-with positional arguments of functions of the subset, and of
+with positional arguments of functions of the subset, of records' methods, and of
 
     abs min max int float
     math.  sqrt isnan

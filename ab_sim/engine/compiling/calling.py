@@ -27,6 +27,7 @@ from ab_sim.engine.compiling.source import (
     Kind,
     RecordKind,
     Scalar,
+    for_class,
     leaves,
     text_of,
 )
@@ -62,11 +63,11 @@ class Compiled:
         functools.update_wrapper(self, function)
         self._function, self._flags, self._library = function, flags, library or Library()
         self._lock = threading.Lock()
-        self._made: _Entry | None = None
+        self._made: dict[FunctionType, _Entry] = {}
 
     def __call__(self, first: Any, *others: Any) -> Any:
         """Call the function with all its arguments, and return its result."""
-        return BoundFunction(self._entry(), first)(*others)
+        return BoundFunction(self._entry(type(first)), first)(*others)
 
     def bind(self, first: Any) -> "BoundFunction":
         """Return a function of the other arguments, with the first one unpacked once.
@@ -74,13 +75,14 @@ class Compiled:
         Numbers of the first argument are copied now. Arrays are kept by reference, so each call
         reads their current contents.
         """
-        return BoundFunction(self._entry(), first)
+        return BoundFunction(self._entry(type(first)), first)
 
-    def _entry(self) -> "_Entry":
-        if self._made is None:
-            with self._lock:
-                self._made = self._made or _Entry(self._function, self._flags, self._library)
-        return self._made
+    def _entry(self, cls: type) -> "_Entry":
+        function = for_class(self._function, cls)
+        with self._lock:
+            if function not in self._made:
+                self._made[function] = _Entry(function, self._flags, self._library)
+            return self._made[function]
 
 
 _compiled: dict[tuple[FunctionType, frozenset[tuple[str, bool]]], Compiled] = {}

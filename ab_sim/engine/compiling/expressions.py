@@ -29,6 +29,7 @@ from ab_sim.engine.compiling.source import (
     Scalar,
     Signature,
     element_of,
+    for_class,
     is_record,
     kind_of,
     leaves,
@@ -283,8 +284,7 @@ class Expressions(Operations):
     # Calls
 
     def _Call(self, node: ast.Call) -> Value | None:
-        callee = self.static(node.func)
-        callee = getattr(callee, "__wrapped__", callee)
+        callee, owners = self._callee(node.func)
         if node.keywords or any(isinstance(x, ast.Starred) for x in node.args):
             self.fail(node, "arguments by name, or with *", "pass them by place, one by one")
         try:
@@ -297,9 +297,10 @@ class Expressions(Operations):
             kind = kind_of(callee)
             if not isinstance(kind, RecordKind):
                 self.fail(node, f"a field of {callee.__name__}", "annotate all as in the subset")
-            return Fields(kind, tuple(self._given(node, kind.names, kind.kinds)))
+            values = [self.value(x) for x in node.args]
+            return Fields(kind, tuple(self._given(node, values, kind.names, kind.kinds)))
         if isinstance(callee, FunctionType):
-            return self._subset_call(node, callee)
+            return self._subset_call(node, callee, [*owners, *map(self.value, node.args)])
         self.fail(
             node,
             f"call of {ast.unparse(node.func)}",
@@ -307,11 +308,24 @@ class Expressions(Operations):
             "ab_sim.engine.compiling can be called",
         )
 
-    def _subset_call(self, node: ast.Call, function: FunctionType) -> Value | None:
+    def _callee(self, node: ast.expr) -> tuple[Any, list[Value]]:
+        """Return what a call names, and the record if that is a method of its class."""
+        callee = self.static(node)
+        if callee is MISSING and isinstance(node, ast.Attribute):
+            owner = self.value(node.value)
+            if isinstance(owner, Fields | StoredRecord):
+                return getattr(owner.kind.cls, node.attr, MISSING), [owner]
+        return getattr(callee, "__wrapped__", callee), []
+
+    def _subset_call(
+        self, node: ast.Call, function: FunctionType, values: Sequence[Value]
+    ) -> Value | None:
         """Append a call of another function of the subset, and return its result."""
+        if values and isinstance(values[0].kind, RecordKind) and values[0].kind.cls:
+            function = for_class(function, values[0].kind.cls)
         self.calls.add(function)
         symbol, names, kinds, result = self._callees.signature(function)
-        arguments_ = self._given(node, names, kinds)
+        arguments_ = self._given(node, values, names, kinds)
         arguments = ", ".join(
             f"{leaf} {one}" for value in arguments_ for leaf, one in self.passed(value)
         )
@@ -327,15 +341,18 @@ class Expressions(Operations):
         ]
         return self.made(result, iter(parts))
 
-    def _given(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:
+    def _given(
+        self, node: ast.Call, values: Sequence[Value], names: Sequence[str], kinds: Sequence[Kind]
+    ) -> list[Value]:
         """Return the arguments of a call, converted to the kinds that the function takes."""
         called = ast.unparse(node.func)
-        if len(node.args) != len(names):
+        if len(values) != len(names):
             takes = f"{called} takes {len(names)} arguments: {', '.join(names)}"
-            self.fail(node, f"{takes}; this passes {len(node.args)}", "pass each one once")
+            self.fail(node, f"{takes}; this passes {len(values)}", "pass each one once")
+        nodes = [node.func, *node.args][-len(values) :]
         return [
-            self.fitted(x, self.value(x), kind, f"{name} of {called}")
-            for x, name, kind in zip(node.args, names, kinds, strict=True)
+            self.fitted(x, value, kind, f"{name} of {called}")
+            for x, value, name, kind in zip(nodes, values, names, kinds, strict=True)
         ]
 
 

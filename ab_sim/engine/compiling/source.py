@@ -102,6 +102,21 @@ def _record_of(cls: Any) -> RecordKind | None:
     return RecordKind(cls, cls._fields, tuple(k for k in kinds if k)) if all(kinds) else None
 
 
+@functools.cache
+def for_class(function: FunctionType, cls: type) -> FunctionType:
+    """Return a function for first arguments of class ``cls``, always the same object.
+
+    It is a copy if the annotation leaves the class open: ``self`` of a method, or a Protocol.
+    """
+    name = next(iter(function.__code__.co_varnames), "")
+    if name != "self" and not getattr(function.__annotations__.get(name), "_is_protocol", False):
+        return function
+    copy = FunctionType(function.__code__, function.__globals__, closure=function.__closure__)
+    copy.__annotations__ = {**function.__annotations__, name: cls}
+    copy.__qualname__ = function.__qualname__
+    return copy
+
+
 class Signature(NamedTuple):
     """Information about a function that its callers need."""
 

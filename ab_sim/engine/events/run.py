@@ -144,37 +144,6 @@ class Workspace(NamedTuple):
     consistent branches or impulses; shape (2,)."""
 
 
-class ImplicitWork(NamedTuple):
-    """Data of an implicit step, see ``stepping.implicit``; empty arrays for other steppers."""
-
-    slope: int
-    """Address of the emitted slope(c, b, y, k, time); see ``ab_sim.engine.kernels``."""
-    tangent: int
-    """Address of the emitted tangent(c, b, t, y, d, out); see ``tangent_address``."""
-    mass: float
-    """Parameter alpha_m of the method: fraction of the step at which y' is evaluated."""
-    force: float
-    """Parameter alpha_f of the method: fraction of the step at which f is evaluated."""
-    newmark: float
-    """Parameter gamma of the method."""
-    time: Floats
-    """Time of an evaluation, shape (1,)."""
-    at: Floats
-    """State of an evaluation, shape (states,)."""
-    slope_there: Floats
-    """Slope at that state, shape (states,)."""
-    change: Floats
-    """Change of the state up to where f is taken, d = y_{n+af} - y_n, shape (states,)."""
-    along: Table
-    """Directions in the states, and the change of time, shape (states + 1, lanes)."""
-    rates: Table
-    """Derivatives of the slope along the directions, shape (states, lanes)."""
-    jacobian: Table
-    """Jacobian of the slope, shape (states, states)."""
-    equations: Table
-    """Matrix and right-hand side of Newton's equations; shape (states, states + 1)."""
-
-
 class Run(NamedTuple):
     """All data with which the steps of a drive are taken."""
 
@@ -197,9 +166,6 @@ class Run(NamedTuple):
     """Index of the quaternion of a deck in space in the state; -1 for a deck in the plane."""
     has_events: bool
     """True if there are set-valued laws."""
-    is_implicit: bool
-    """True if steps are those of ``stepping.implicit``."""
-    implicit: ImplicitWork
 
 
 def evaluate(run: Run, time: float, state: Floats, slope: Floats) -> None:

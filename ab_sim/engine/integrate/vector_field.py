@@ -236,13 +236,12 @@ class Flow:
         flown = Flown(np.empty((steps + 1, size)), np.zeros((size, count)))
         flown.states[0] = start
         lanes, stages = self._steps.field.lanes, len(self._steps.b)
-        blocks = -(-count // lanes)
         room = _Room(
             np.empty((stages, size)),
             np.empty((stages, size)),
-            np.zeros((max(blocks, 1) * size, lanes)),
-            np.zeros((size + 1, lanes)),
-            np.empty((stages * size, lanes)),
+            np.zeros((-(-count // lanes), size * lanes)),
+            np.zeros((size + 1) * lanes),
+            np.empty((stages, size * lanes)),
         )
         compiled(_take_steps)(
             self._steps, room, duration / steps, count, flown.states, flown.matrix
@@ -268,11 +267,11 @@ class _Room(NamedTuple):
     slopes: Table
     """Slopes of the stages, shape (stages, states)."""
     tangents: Table
-    """Tangents, the groups of lanes below each other, shape (groups * states, lanes)."""
-    along: Table
-    """Tangents of a stage, and the change of time; shape (states + 1, lanes)."""
+    """Tangents, shape (groups of lanes, states * lanes)."""
+    along: Floats
+    """Tangents of a stage, and the change of time; shape ((states + 1) * lanes,)."""
     rates: Table
-    """Rates of the tangents, the stages below each other, shape (stages * states, lanes)."""
+    """Rates of the tangents, shape (stages, states * lanes)."""
 
 
 def _take_steps(
@@ -296,45 +295,33 @@ def _take_steps(
         Output, derivatives, shape (states, columns).
     """
     field, size, lanes = steps.field, states.shape[1], steps.field.lanes
-    stages, blocks = steps.b.size, (columns + lanes - 1) // lanes
-    tangents, along = room.tangents, room.along
+    stages, tangents, along = steps.b.size, room.tangents, room.along
     for k in range(columns):
-        tangents[(k // lanes) * size + k, k % lanes] = 1.0
+        tangents[k // lanes, k * lanes + k % lanes] = 1.0
     for s in range(states.shape[0] - 1):
-        begin = s * length
         for i in range(stages):
-            for j in range(size):
-                change = 0.0
-                for q in range(i):
-                    change = fma(steps.a[i, q], room.slopes[q, j], change)
-                room.at[i, j] = fma(length, change, states[s, j])
-            field.time[0] = fma(steps.c[i], length, begin)
+            _add_slopes(states[s], length, steps.a[i, 0:i], room.slopes, room.at[i])
+            field.time[0] = fma(steps.c[i], length, s * length)
             call(field.slope, field.c, field.b, room.at[i], room.slopes[i], field.time[0])
-        for j in range(size):
-            change = 0.0
-            for q in range(stages):
-                change = fma(steps.b[q], room.slopes[q, j], change)
-            states[s + 1, j] = fma(length, change, states[s, j])
+        _add_slopes(states[s], length, steps.b, room.slopes, states[s + 1])
         # The same Runge-Kutta step for the tangents, whose slope at each stage is the Jacobian
         # at the stage's state times the tangent: the derivative of the discrete step itself.
-        for block in range(blocks):
-            rows = tangents[block * size : (block + 1) * size]
+        for block in range(tangents.shape[0]):
             for i in range(stages):
-                for j in range(size):
-                    for lane in range(lanes):
-                        change = 0.0
-                        for q in range(i):
-                            change = fma(steps.a[i, q], room.rates[q * size + j, lane], change)
-                        along[j, lane] = fma(length, change, rows[j, lane])
-                field.time[0] = fma(steps.c[i], length, begin)
-                rates = room.rates[i * size : (i + 1) * size]
-                call(field.tangent, field.c, field.b, field.time, room.at[i], along, rates)
-            for j in range(size):
-                for lane in range(lanes):
-                    change = 0.0
-                    for q in range(stages):
-                        change = fma(steps.b[q], room.rates[q * size + j, lane], change)
-                    rows[j, lane] = fma(length, change, rows[j, lane])
+                _add_slopes(tangents[block], length, steps.a[i, 0:i], room.rates, along)
+                field.time[0] = fma(steps.c[i], length, s * length)
+                at, rates = room.at[i], room.rates[i]
+                call(field.tangent, field.c, field.b, field.time, at, along, rates)
+            _add_slopes(tangents[block], length, steps.b, room.rates, tangents[block])
     for k in range(columns):
         for j in range(size):
-            matrix[j, k] = tangents[(k // lanes) * size + j, k % lanes]
+            matrix[j, k] = tangents[k // lanes, j * lanes + k % lanes]
+
+
+def _add_slopes(start: Floats, length: float, weights: Floats, slopes: Table, end: Floats) -> None:
+    """Write to ``end`` a state plus ``length`` [s] times the weighted sum of slopes."""
+    for j in range(start.size):
+        change = 0.0
+        for q in range(weights.size):
+            change = fma(weights[q], slopes[q, j], change)
+        end[j] = fma(length, change, start[j])

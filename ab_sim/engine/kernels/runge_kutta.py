@@ -27,6 +27,16 @@ class Tableau(NamedTuple):
     c: np.ndarray
     """Stage times as fractions of the step, shape (s,)."""
 
+    def stages(self) -> list[tuple[float, list[tuple[float, int]]]]:
+        """Return the stages after the first, then the step's end, as all generated code has them.
+
+        Each one has its time as a fraction of the step, and the weights of earlier stages' slopes
+        with the numbers of these stages. Weights of zero are left out.
+        """
+        times, rows = [*self.c[1:].tolist(), 1.0], [*self.a[1:].tolist(), self.b.tolist()]
+        rows_at = zip(times, rows, strict=True)
+        return [(time, [(w, k) for k, w in enumerate(row) if w != 0.0]) for time, row in rows_at]
+
 
 class Extrapolation(NamedTuple):
     """Extrapolation of Euler's method in n equal parts to infinite n, with implicit drag."""
@@ -98,18 +108,17 @@ def _explicit(step: "_Step", tableau: Tableau) -> list[str]:
     # Only the first part's initial slope is known, so each part evaluates its own.
     slopes = [step.loaded("k") if step.parts == 1 else step.slope(step.state, step.time(0.0))]
 
-    def combined(row: np.ndarray) -> list[str]:
+    def combined(terms: Sequence[tuple[float, int]]) -> list[str]:
         """Return the state plus ``length`` times the sum of weighted slopes."""
         total: list[str] = []
-        for weight, slope in zip(row.tolist(), slopes, strict=False):
-            if weight != 0.0:
-                total = step.sums(step.literal(weight), slope, total)
+        for weight, stage in terms:
+            total = step.sums(step.literal(weight), slopes[stage], total)
         return step.sums(step.length, total, step.state)
 
-    for stage in range(1, len(tableau.b)):
-        trial = combined(tableau.a[stage])
-        slopes.append(step.slope(trial, step.time(float(tableau.c[stage]))))
-    return combined(tableau.b)
+    *stages, (_, end) = tableau.stages()
+    for share, terms in stages:
+        slopes.append(step.slope(combined(terms), step.time(share)))
+    return combined(end)
 
 
 def _extrapolated(step: "_Step", method: Extrapolation) -> list[str]:

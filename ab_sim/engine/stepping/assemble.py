@@ -2,27 +2,16 @@
 
 import numpy as np
 
-from ab_sim.engine.events.run import BallEvents, ImplicitWork, Run, SceneFunctions, Workspace
+from ab_sim.engine.compiling.kinds import aligned
+from ab_sim.engine.events.run import BallEvents, Run, SceneFunctions, Workspace
 from ab_sim.engine.events.run_arrays import balls_of, workspace
-from ab_sim.engine.kernels.code import Code
+from ab_sim.engine.integrate.steppers.generalized_alpha import Alpha
+from ab_sim.engine.kernels.code import Code, lanes_for, tangent_address
+from ab_sim.engine.stepping.implicit import ImplicitSteps
 from ab_sim.model.dynamics.system import System
 
-NOWHERE, _NO_NUMBERS, _NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
-NOT_IMPLICIT = ImplicitWork(
-    slope=NOWHERE,
-    tangent=NOWHERE,
-    mass=0.0,
-    force=0.0,
-    newmark=0.0,
-    time=_NO_NUMBERS,
-    at=_NO_NUMBERS,
-    slope_there=_NO_NUMBERS,
-    change=_NO_NUMBERS,
-    along=_NO_TABLE,
-    rates=_NO_TABLE,
-    jacobian=_NO_TABLE,
-    equations=_NO_TABLE,
-)
+NOWHERE = 0
+"""Address of a function that is not called."""
 
 
 def run_of(
@@ -89,8 +78,25 @@ def run_with(
         ball_column=len(code.emission.roots["sample"]),
         quaternion=type(system.deck_model).UNIT_AT,
         has_events=model.has_events,
-        is_implicit=False,
-        implicit=NOT_IMPLICIT,
+    )
+
+
+def implicit_steps(run: Run, weights: Alpha, code: Code) -> ImplicitSteps:
+    """Return a run with steps of the generalized-alpha method, for which it has a memory."""
+    lanes, states = lanes_for(code.model.count), run.state.size
+    return ImplicitSteps(
+        run,
+        code.address("slope"),
+        tangent_address(code),
+        *weights,
+        time=np.zeros(1),
+        at=aligned((states,)),
+        slope_there=aligned((states,)),
+        change=aligned((states,)),
+        along=aligned((states + 1, lanes)),
+        rates=aligned((states, lanes)),
+        jacobian=aligned((states, states)),
+        equations=aligned((states, states + 1)),
     )
 
 
@@ -101,7 +107,6 @@ def flags_of(run: Run) -> dict[str, bool]:
     """
     return {
         "has_events": run.has_events,
-        "is_implicit": run.is_implicit,
         "has_friction": run.balls.has_friction,
         "has_contact": run.balls.has_contact,
         "has_motor": run.balls.has_motor,

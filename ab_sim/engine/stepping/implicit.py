@@ -11,9 +11,12 @@ for d = y_{n+af} - y_n.
 """
 
 import math
+from typing import NamedTuple
 
-from ab_sim.engine.compiling.kinds import Table, call
-from ab_sim.engine.events.run import ImplicitWork, Run
+from ab_sim.engine.compiling.kinds import Floats, Table, call
+from ab_sim.engine.events.run import Run
+from ab_sim.engine.stepping.fixed_step import begin_range, complete_step
+from ab_sim.engine.stepping.plan import EqualSteps
 
 KEPT = 6
 """Number of Newton iterations after which the Jacobian is computed again."""
@@ -24,11 +27,53 @@ CLOSE, SETTLED = 1e-14, 1e-7
 below ``CLOSE``; below ``SETTLED`` once they no longer shrink, because they are then rounding."""
 
 
-def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> None:
+class ImplicitSteps(NamedTuple):
+    """Run with steps of the generalized-alpha method."""
+
+    run: Run
+    slope: int
+    """Address of the emitted slope(c, b, y, k, time); see ``ab_sim.engine.kernels``."""
+    tangent: int
+    """Address of the emitted tangent(c, b, t, y, d, out); see ``tangent_address``."""
+    mass: float
+    """Parameter alpha_m of the method: fraction of the step at which y' is evaluated."""
+    force: float
+    """Parameter alpha_f of the method: fraction of the step at which f is evaluated."""
+    newmark: float
+    """Parameter gamma of the method."""
+    time: Floats
+    """Time of an evaluation, shape (1,)."""
+    at: Floats
+    """State of an evaluation, shape (states,)."""
+    slope_there: Floats
+    """Slope at that state, shape (states,)."""
+    change: Floats
+    """Change of the state up to where f is taken, d = y_{n+af} - y_n, shape (states,)."""
+    along: Table
+    """Directions in the states, and the change of time, shape (states + 1, lanes)."""
+    rates: Table
+    """Derivatives of the slope along the directions, shape (states, lanes)."""
+    jacobian: Table
+    """Jacobian of the slope, shape (states, states)."""
+    equations: Table
+    """Matrix and right-hand side of Newton's equations; shape (states, states + 1)."""
+
+    def begin(self, steps: EqualSteps, count: int, samples: Table) -> None:
+        """Evaluate the equations at the present state: see ``advance.Method``."""
+        begin_range(self.run, steps.time_after(0), count, samples)
+
+    def take(self, steps: EqualSteps, k: int, sample: Floats) -> bool:
+        """Take and record the k-th step: see ``advance.Method``."""
+        _take_step(self, steps.time_after(k), steps.length)
+        return complete_step(self.run, steps, k + 1, False, sample)
+
+
+def _take_step(work: ImplicitSteps, begin: float, length: float) -> None:
     """Take one step and write its result into ``trial``; times are local [s].
 
     The slope at the beginning must be in ``run.work.slope``.
     """
+    run = work.run
     am, af, gamma = work.mass, work.force, work.newmark
     state, past, d, at = run.state, run.work.memory[0], work.change, work.at
     equations, states = work.equations, run.state.size
@@ -53,7 +98,7 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
         # Simplified Newton: the Jacobian costs far more than a slope, and the start is so close
         # that an old one converges nearly as fast.
         if k % KEPT == 0:
-            _differentiate(work, run)
+            _differentiate(work)
         for i in range(states):
             for j in range(states):
                 equations[i, j] = -reach * work.jacobian[i, j]
@@ -79,8 +124,9 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
         past[j] = (d[j] / (af * length) - (1.0 - gamma) * past[j]) / gamma
 
 
-def _differentiate(work: ImplicitWork, run: Run) -> None:
+def _differentiate(work: ImplicitSteps) -> None:
     """Compute the Jacobian at the trial state and its time, several columns at once."""
+    run = work.run
     states, lanes, first = run.state.size, work.along.shape[1], 0
     while first < states:
         for j in range(states + 1):
@@ -94,7 +140,7 @@ def _differentiate(work: ImplicitWork, run: Run) -> None:
         first += lanes
 
 
-def _share_changed(work: ImplicitWork, reach: float, first: int, end: int) -> float:
+def _share_changed(work: ImplicitSteps, reach: float, first: int, end: int) -> float:
     """Return the largest correction of some states, relative to their largest change in the step.
 
     Both maxima are over the states from ``first`` to before ``end``. Single states are not

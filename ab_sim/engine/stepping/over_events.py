@@ -22,19 +22,18 @@ from ab_sim.engine.events.location import (
 from ab_sim.engine.events.run import Run, evaluate
 from ab_sim.engine.stepping.emitted import MOVED, SOUND
 from ab_sim.engine.stepping.fixed_step import take_over_end
+from ab_sim.engine.stepping.plan import LanePlan
 from ab_sim.engine.stepping.side_by_side import (
     BEGIN,
     END,
     LANES,
-    STEPS,
     TAKEN,
-    LanePlan,
     LaneRuns,
     LaneSamples,
-    enter,
-    put_times,
+    enter_row,
     recorded,
     settle,
+    try_step,
 )
 from ab_sim.model.dynamics.system import TURNS
 
@@ -67,33 +66,33 @@ class LanesOverEvents(NamedTuple):
     one: EightRuns
     """Single runs; their states, branches and turns are copies of those in the lanes."""
 
+    def enter(self, plan: LanePlan, s: int) -> None:
+        """Begin row s of a plan, in lanes and alone: see ``advance.Lanes``."""
+        enter_row(self.lanes, plan, s)
+        _enter_alone(self)
 
-def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: LaneSamples) -> None:
-    """Take the steps of a plan with events: see ``side_by_side.advance_side_by_side``."""
-    runs = all_runs.lanes
-    c, b, times = runs.c, runs.b, runs.times
-    for s in range(plan.rows.shape[0]):
-        enter(runs, plan, s)
-        # ``_enter_alone`` checks the branches at the time END, which is the row's begin at first.
-        for lane in range(LANES):
-            if times[TAKEN, lane] > 0.0:
-                times[END, lane] = times[BEGIN, lane]
-        _enter_alone(all_runs)
-        for k in range(plan.rows[s, STEPS]):
-            put_times(runs, plan, s, k)
-            call(runs.step, c, b, times, runs.state, runs.slopes, runs.trial)
-            # All runs try the step as if there were no event. Only those in which an event is
-            # possible repeat it alone, so that the common case stays vectorised.
-            _mark_possible_events(all_runs)
-            if _is_any(all_runs.suspected):
-                _step_alone(all_runs)
-            settle(runs)
-            # Without contact, ``event_test`` keeps the values at the step's end in ``seen``.
-            if all_runs.has_contact:
-                _reuse_step_ends(all_runs)
-            if _is_any(all_runs.took_alone) or _is_any(runs.status[MOVED]):
-                join(all_runs)
-            recorded(runs, plan, samples, s, k)
+    def take(self, plan: LanePlan, s: int, k: int) -> bool:
+        """Take the k-th step of row s, with events alone: see ``advance.Lanes``."""
+        runs = self.lanes
+        if k == plan.count(s):
+            return False
+        # All runs try the step as if there were no event. Only those in which an event is possible
+        # repeat it alone, so that the common case stays vectorised.
+        try_step(runs, plan, s, k)
+        _mark_possible_events(self)
+        if _is_any(self.suspected):
+            _step_alone(self)
+        settle(runs)
+        # Without contact, ``event_test`` keeps the values at the step's end in ``seen``.
+        if self.has_contact:
+            _reuse_step_ends(self)
+        if _is_any(self.took_alone) or _is_any(runs.status[MOVED]):
+            join(self)
+        return True
+
+    def record(self, plan: LanePlan, samples: LaneSamples, s: int, k: int) -> None:
+        """Record the samples after step k of row s if due: see ``advance.Lanes``."""
+        recorded(self.lanes, plan, samples, s, k)
 
 
 def _enter_alone(all_runs: LanesOverEvents) -> None:

@@ -4,31 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.engine.compiling.kinds import Cube, Floats, IntegerTable, Table, aligned, call
+from ab_sim.engine.compiling.kinds import Floats, Table, aligned, call
 from ab_sim.engine.stepping.emitted import SOUND
+from ab_sim.engine.stepping.plan import FIRST, PLACE, LanePlan
 
 LANES = 8
 """Number of runs side by side: doubles in one AVX-512 vector, or in two of AVX2."""
-FIRST, STEPS, FINISHES = 0, 1, 2
-"""Columns of a plan's rows: steps taken before; number of steps, or 1 for part of a step; 1 if the
-last part completes a step, which is then recorded, else 0."""
-START, OFFSET, LENGTH = 0, 1, 2
-"""Lines of the times of a row [s]: beginning of its segment of the schedule; its own beginning
-within its step; length of each of its steps or parts, 0 where a run has no further part."""
 BEGIN, TAKEN, END, _ON_PROFILE = 0, 1, 2, 3
 """Lines of ``LaneRuns.times`` [s]: beginning, length and end of a step, and the time at which the
 profile is evaluated for its sample."""
-
-
-class LanePlan(NamedTuple):
-    """Step plan of eight runs; see ``batch.lanes.merged``."""
-
-    rows: IntegerTable
-    """Steps, shape (rows, 3), columns as above."""
-    places: Cube
-    """Numbers of each run's ActiveSegment, shape (rows, numbers, 8)."""
-    times: Cube
-    """Times [s], shape (rows, 3, 8), lines as above."""
 
 
 class LaneRuns(NamedTuple):
@@ -77,6 +61,24 @@ class LaneRuns(NamedTuple):
     times: Table
     """Times of the current step, shape (4, 8), lines as above."""
 
+    def enter(self, plan: LanePlan, s: int) -> None:
+        """Begin row s of a plan, and evaluate the slope there: see ``advance.Lanes``."""
+        enter_row(self, plan, s)
+        call(self.slope, self.c, self.b, self.times, self.state, self.slopes)
+
+    def take(self, plan: LanePlan, s: int, k: int) -> bool:
+        """Take the k-th step of row s together: see ``advance.Lanes``."""
+        if k == plan.count(s):
+            return False
+        try_step(self, plan, s, k)
+        settle(self)
+        return True
+
+    def record(self, plan: LanePlan, samples: "LaneSamples", s: int, k: int) -> None:
+        """Record the samples after step k of row s if due: see ``advance.Lanes``."""
+        if not recorded(self, plan, samples, s, k):
+            call(self.slope, self.c, self.b, self.times[END:], self.state, self.slopes)
+
 
 class LaneSamples(NamedTuple):
     """Memory for the samples of eight runs, with its strides in numbers."""
@@ -102,56 +104,38 @@ class LaneSamples(NamedTuple):
         return cls(samples.reshape(-1), channels * room, 1, room)
 
 
-def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -> None:
-    """Take the steps of a plan with eight runs without events; record every ``every``-th.
-
-    Parameters
-    ----------
-    runs
-        Runs; state and turns are those after the last step at the end.
-    plan
-        Step plan.
-    samples
-        Samples of each run; their channels are those of ``fixed_step.record``.
-    """
-    c, b, times, state = runs.c, runs.b, runs.times, runs.state
-    for s in range(plan.rows.shape[0]):
-        enter(runs, plan, s)
-        call(runs.slope, c, b, times, state, runs.slopes)
-        for k in range(plan.rows[s, STEPS]):
-            put_times(runs, plan, s, k)
-            call(runs.step, c, b, times, state, runs.slopes, runs.trial)
-            settle(runs)
-            if not recorded(runs, plan, samples, s, k):
-                call(runs.slope, c, b, times[END:], state, runs.slopes)
-
-
-def enter(runs: LaneRuns, plan: LanePlan, s: int) -> None:
+def enter_row(runs: LaneRuns, plan: LanePlan, s: int) -> None:
     """Begin row s of a plan: set the segment of each run, and the time at which the row begins."""
-    for j in range(plan.places.shape[1]):
-        for lane in range(LANES):
-            runs.c[runs.place + j, lane] = plan.places[s, j, lane]
+    times = runs.times
+    for lane in range(LANES):
+        put_segment(runs.c, runs.place, lane, plan.lines[s, lane])
+        steps = plan.steps_of(s, lane, runs.step_length)
+        times[BEGIN, lane], times[TAKEN, lane] = steps.time_after(0), steps.length
+        # Branches are checked at the time END, which is the row's begin at first.
+        if steps.length > 0.0:
+            times[END, lane] = times[BEGIN, lane]
     call(runs.prepare, runs.c)
-    for lane in range(LANES):
-        runs.times[TAKEN, lane] = plan.times[s, LENGTH, lane]
-        runs.times[BEGIN, lane] = local_time(runs, plan, s, 0, lane)
 
 
-def put_times(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
-    """Compute the times of a row's k-th step, bit for bit those of a single run.
+def put_segment(c: Table, place: int, lane: int, line: Floats) -> None:
+    """Set the active profile segment of one run to that of a plan's line."""
+    for j in range(PLACE, line.size):
+        c[place + j - PLACE, lane] = line[j]
 
-    A run that takes no part in the row keeps the end of its last step.
+
+def try_step(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
+    """Try the k-th step of a row with all runs.
+
+    Its times are those of a single run, bit for bit. A run that takes no part in the row keeps the
+    end of its last step.
     """
-    first, times = plan.rows[s, FIRST] + k + 1, runs.times
+    times = runs.times
     for lane in range(LANES):
-        length = times[TAKEN, lane]
-        if length > 0.0:
-            times[BEGIN, lane] = local_time(runs, plan, s, k, lane)
-            if length == runs.step_length:
-                times[END, lane] = local_time(runs, plan, s, k + 1, lane)
-            else:
-                times[END, lane] = times[BEGIN, lane] + length
-            times[_ON_PROFILE, lane] = first * runs.step_length - plan.times[s, START, lane]
+        if times[TAKEN, lane] > 0.0:
+            steps = plan.steps_of(s, lane, runs.step_length)
+            times[BEGIN, lane], times[END, lane] = steps.time_after(k), steps.time_after(k + 1)
+            times[_ON_PROFILE, lane] = steps.profile_time(k + 1)
+    call(runs.step, runs.c, runs.b, times, runs.state, runs.slopes, runs.trial)
 
 
 def settle(runs: LaneRuns) -> None:
@@ -160,23 +144,17 @@ def settle(runs: LaneRuns) -> None:
     call(runs.settle, length, state, trial, runs.bounds, runs.turns, runs.status)
 
 
-def local_time(runs: LaneRuns, plan: LanePlan, s: int, k: int, lane: int) -> float:
-    """Return the time since the profile segment began [s], after k steps of a row."""
-    since = (plan.rows[s, FIRST] + k) * runs.step_length - plan.times[s, START, lane]
-    return since + plan.times[s, OFFSET, lane]
-
-
 def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: int) -> bool:
     """Record the sample after a row's k-th step if it is due; return whether it was.
 
     A sample is due at the end of every ``every``-th whole step. Recording also computes the slopes
     there. If no sample is due, the caller computes them.
     """
-    if plan.rows[s, FINISHES] == 0:
+    if plan.is_part(s):
         return False
     for lane in range(LANES):
         runs.sound[lane] += runs.status[SOUND, lane]
-    steps = plan.rows[s, FIRST] + k + 1
+    steps = int(plan.lines[s, 0, FIRST]) + k + 1
     if steps % runs.every != 0:
         return False
     at, turns = runs.times[END:], runs.turns

@@ -10,8 +10,7 @@ describes one branch of a set-valued law.
     series            expressions of the states' coefficients, from the equations
     clock             times of steps and samples, and the expressions that update them
     emission          machine code of all functions below
-    driver            functions and arrays of runs; one run along a speed profile, as
-                      ``stepping.fixed_step.advance``; eight runs, as ``stepping.side_by_side``
+    driver            steps of one run and of eight, for the loops in ``stepping.advance``
     assemble          build the runs from a system and its code
 
 Emitted functions

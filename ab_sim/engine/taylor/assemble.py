@@ -104,7 +104,7 @@ def lanes_of(
         move=code_.addresses["move"],
         mark=code_.addresses["mark"],
         sample=code_.addresses["sample"],
-        record=code_.addresses.get("record", 0),
+        record_strided=code_.addresses.get("record", 0),
         record_dense=code_.addresses.get("record_dense", 0),
         c=aligned((code.size, lanes)),
         b=aligned((code.branches(), lanes)),

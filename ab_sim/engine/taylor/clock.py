@@ -1,11 +1,12 @@
 """Times of Taylor steps and samples, and the expressions that update them.
 
-They serve one run and several in lanes. Sums and products are those of ``stepping.fixed_step``, so
-that sample times agree with it to the last bit.
+They serve one run and several in lanes. Times of samples are those of ``stepping.plan``, so that
+they agree with other methods' to the last bit.
 """
 
 from typing import NamedTuple
 
+from ab_sim.engine.stepping.plan import EqualSteps
 from ab_sim.tracing import Expression, Graph, Level, where
 from ab_sim.tracing.expression import across
 from ab_sim.tracing.functions import ROUND
@@ -107,10 +108,12 @@ def due_samples(clock: ClockLines) -> DueSamples:
     due = is_left * covered
     is_due, has_step = due > 0.5, clock[LENGTH] > 0.0
     local, taken = where(is_due, clock[NEXT], clock[LOCAL]), clock[TAKEN] + due
-    done = clock[FIRST] + taken
-    here = done * clock[STEP] - clock[START]
+    # ``plan`` has the rule for times, here of expressions.
+    range_ = [clock[line] for line in (FIRST, START, OFFSET, LENGTH, UNTIL, STEP)]
+    steps = EqualSteps(*range_)  # type: ignore[arg-type]
+    here = steps.profile_time(taken)
     # A part of a step is the one step of its range: nothing follows.
-    ahead = (done + 1.0) * clock[STEP] - clock[START] + clock[OFFSET]
+    ahead = steps.profile_time(taken + 1.0) + steps.offset
     profile = where(is_due, where(has_step, here, clock[PROFILE]), clock[PROFILE])
     lines = {
         LOCAL: local,

@@ -3,7 +3,7 @@
 Steps do not depend on how a run is divided into calls: the beginning of the current step and the
 state there are in the run's memory, and the step's series is computed from them. No step extends
 beyond the end of a profile segment. After a kink or a command, the next step begins at the present
-sample.
+sample. The loops over samples are those over the scene's steps in ``stepping.advance``.
 
 Eight runs, one per SIMD lane, choose their own step lengths. They take steps together, then all
 samples that fall within these steps. A run with longer steps therefore gets ahead of the others.
@@ -15,17 +15,9 @@ from typing import NamedTuple
 from ab_sim.base.sample_columns import ANGLE
 from ab_sim.engine.compiling.kinds import Floats, Table, call
 from ab_sim.engine.events.run import Run
-from ab_sim.engine.stepping import side_by_side as lanes
-from ab_sim.engine.stepping.fixed_step import (
-    PLACE_UNTIL,
-    EqualSteps,
-    enter_step_range,
-    local_time,
-    put_labels,
-    step_by_step,
-    steps_in,
-)
-from ab_sim.engine.stepping.side_by_side import LanePlan, LaneSamples
+from ab_sim.engine.stepping.fixed_step import begin_range
+from ab_sim.engine.stepping.plan import EqualSteps, LanePlan
+from ab_sim.engine.stepping.side_by_side import LaneSamples, put_segment
 from ab_sim.engine.taylor.clock import (
     BEGIN,
     COUNT,
@@ -41,11 +33,9 @@ from ab_sim.engine.taylor.clock import (
     SOUND,
     START,
     STEP,
-    STRIDE,
     TAKEN,
     TO,
     UNTIL,
-    WHERE,
 )
 from ab_sim.model.dynamics.system import TURNS
 
@@ -66,7 +56,7 @@ class TaylorRuns(NamedTuple):
     move: int
     mark: int
     sample: int
-    record: int
+    record_strided: int
     record_dense: int
     """Functions of ``ab_sim.engine.taylor``; the last two are 0 for a single run."""
     c: Table
@@ -96,6 +86,42 @@ class TaylorRuns(NamedTuple):
     sound: Floats
     """Line ``SOUND_STEPS`` of the table ``status``, shape (runs,)."""
 
+    def enter(self, plan: LanePlan, s: int) -> None:
+        """Begin row s of a plan: see ``advance.Lanes``.
+
+        A run continues its step, or begins one where its segment begins.
+        """
+        clock, count, any_restart = self.clock, plan.count(s), False
+        for lane in range(self.sound.size):
+            steps = plan.steps_of(s, lane, clock[STEP, lane])
+            clock[TO, lane] = clock[BEGIN, lane]
+            if s == 0 or steps.start != clock[START, lane]:
+                any_restart = True
+                clock[RESTART, lane], clock[TO, lane] = 1.0, steps.time_after(0)
+                clock[LOCAL, lane] = clock[TO, lane]
+                put_segment(self.c, self.place, lane, plan.lines[s, lane])
+            # A run without a further part takes its sample again where another one completes it.
+            has_samples = steps.length > 0.0 or not plan.is_part(s)
+            clock[ENDS_STEPS, lane] = 0.0 if plan.is_part(s) else 1.0
+            _set_range(self, lane, steps, count if has_samples else 0)
+        if any_restart:
+            call(self.prepare, self.c)
+            renew(self)
+
+    def take(self, plan: LanePlan, s: int, k: int) -> bool:
+        """Take the next sample of each run that has one in its current step: see ``advance.Lanes``.
+
+        A run with longer steps gets ahead of the others, so k is not used.
+        """
+        return _next_samples(self, self.row[0])
+
+    def record(self, plan: LanePlan, samples: LaneSamples, s: int, k: int) -> None:
+        """Record the samples that are due: see ``advance.Lanes``."""
+        c, b, clock, row, channel = self.c, self.b, self.clock, self.row, float(samples.channel)
+        if not plan.is_part(s):
+            put = self.record_dense if samples.channel == 1 else self.record_strided
+            call(put, c, b, clock, row, samples.numbers, self.nowhere, channel)
+
 
 class TaylorRun(NamedTuple):
     """Run of one drive by Taylor's method."""
@@ -103,6 +129,44 @@ class TaylorRun(NamedTuple):
     run: Run
     arrays: TaylorRuns
     """Arrays of this run; its state and turns are views of ``run``'s memory."""
+
+    def begin(self, steps: EqualSteps, count: int, samples: Table) -> None:
+        """Continue the step in memory, or begin one at the state: see ``advance.Method``."""
+        run, arrays, clock = self.run, self.arrays, self.arrays.clock
+        memory, balls = run.work.memory, run.balls
+        if count == 0:
+            begin_range(run, steps.time_after(0), 0, samples)
+            return
+        _set_range(arrays, 0, steps, count)
+        if memory[0, _VALID] == 0.0:
+            for j in range(run.state.size):
+                arrays.state[j, 0] = run.state[j]
+            for i in range(balls.number):
+                arrays.turns[i, 0] = float(balls.discrete[i, TURNS])
+            clock[RESTART, 0], clock[TO, 0] = 1.0, steps.time_after(0)
+            renew(arrays)
+        else:
+            # Memory has the step's begin and the state there, but no series. The same state gives
+            # the same series to the last bit.
+            clock[BEGIN, 0] = memory[0, _BEGAN]
+            _expand(arrays)
+        clock[LOCAL, 0] = clock[BEGIN, 0]
+
+    def take(self, steps: EqualSteps, k: int, sample: Floats) -> bool:
+        """Take the next sample: see ``advance.Method``."""
+        run, arrays, balls = self.run, self.arrays, self.run.balls
+        _next_samples(arrays, sample[ANGLE:])
+        if arrays.status[SOUND, 0] == 0.0:
+            arrays.status[SOUND, 0] = 1.0
+            for j in range(run.state.size):
+                run.work.trial[j] = arrays.state[j, 0]
+            return False
+        for j in range(run.state.size):
+            run.state[j] = arrays.state[j, 0]
+        for i in range(balls.number):
+            balls.discrete[i, TURNS] = int(arrays.turns[i, 0])
+        run.work.memory[0, _VALID], run.work.memory[0, _BEGAN] = 1.0, arrays.clock[BEGIN, 0]
+        return True
 
 
 def renew(runs: TaylorRuns) -> None:
@@ -120,20 +184,16 @@ def _expand(runs: TaylorRuns) -> None:
     call(runs.coefficients, runs.c, runs.b, runs.clock, runs.y, runs.series)
 
 
-def _set_first_sample(runs: TaylorRuns, lane: int) -> None:
-    """Set the time of the first sample of a run's range, as in ``fixed_step.time_after``.
+def _set_range(runs: TaylorRuns, lane: int, steps: EqualSteps, count: int) -> None:
+    """Set the samples to take of one run: those at the ends of ``count`` steps.
 
     A run without a step in the range keeps its current sample.
     """
     clock = runs.clock
-    first, step, length = clock[FIRST, lane], clock[STEP, lane], clock[LENGTH, lane]
-    clock[TAKEN, lane] = 0.0
-    if length == 0.0:
-        clock[NEXT, lane] = clock[LOCAL, lane]
-    elif length == step:
-        clock[NEXT, lane] = (first + 1.0) * step - clock[START, lane] + clock[OFFSET, lane]
-    else:
-        clock[NEXT, lane] = first * step - clock[START, lane] + clock[OFFSET, lane] + length
+    clock[START, lane], clock[UNTIL, lane] = steps.start, steps.until
+    clock[OFFSET, lane], clock[LENGTH, lane] = steps.offset, steps.length
+    clock[FIRST, lane], clock[COUNT, lane], clock[TAKEN, lane] = steps.first, count, 0.0
+    clock[NEXT, lane] = steps.time_after(1) if steps.length > 0.0 else clock[LOCAL, lane]
 
 
 def _next_samples(runs: TaylorRuns, row: Floats) -> bool:
@@ -163,151 +223,3 @@ def _next_samples(runs: TaylorRuns, row: Floats) -> bool:
         if signals[COUNT_LEFT, 0] == 0.0:
             return False
         renew(runs)
-
-
-def advance_by_taylor(
-    one: TaylorRun,
-    step_plan: Table,
-    at: int,
-    first: int,
-    steps: int,
-    command: float,
-    samples: Table,
-) -> int:
-    """Take steps along a step plan by Taylor's method: see ``fixed_step.advance``."""
-    run = one.run
-    only_record = steps == 0 and samples.shape[0] > 0
-    done, sound = 0, True
-    while sound and at < step_plan.shape[0]:
-        step_range = enter_step_range(run, step_plan[at], first + done, only_record)
-        here, count = steps_in(step_plan[at], first + done, steps - done)
-        if count > 0:
-            begin(one, step_range, step_plan[at, step_plan.shape[1] - PLACE_UNTIL], count)
-            taken = _take_range(one, samples[done : samples.shape[0]], count)
-        else:
-            taken = step_by_step(run, step_range, samples, 0)
-        sound = taken == count
-        done += here if sound else taken
-        if done == steps:
-            break
-        at += 1
-    put_labels(run, samples, first if only_record else first + 1, command)
-    return done if sound else -1 - done
-
-
-def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> None:
-    """Continue the step in memory; without one, begin a step at the present state.
-
-    Parameters
-    ----------
-    one
-        The run.
-    step_range
-        Range of the scene's steps to take.
-    until
-        Local time at which the segment of the schedule ends [s].
-    count
-        Number of the scene's steps to take.
-    """
-    run, lane_runs = one.run, one.arrays
-    clock, memory, balls = lane_runs.clock, run.work.memory, run.balls
-    clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset
-    clock[LENGTH, 0], clock[UNTIL, 0] = step_range.length, until
-    clock[FIRST, 0], clock[COUNT, 0] = float(step_range.first), float(count)
-    if memory[0, _VALID] == 0.0:
-        for j in range(run.state.size):
-            lane_runs.state[j, 0] = run.state[j]
-        for i in range(balls.number):
-            lane_runs.turns[i, 0] = float(balls.discrete[i, TURNS])
-        clock[RESTART, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
-        renew(lane_runs)
-    else:
-        # Memory has the step's begin and the state there, but no series. The same state gives the
-        # same series to the last bit.
-        clock[BEGIN, 0] = memory[0, _BEGAN]
-        _expand(lane_runs)
-    clock[LOCAL, 0] = clock[BEGIN, 0]
-    _set_first_sample(lane_runs, 0)
-
-
-def _take_range(one: TaylorRun, samples: Table, count: int) -> int:
-    """Take the steps of a range; return their number, fewer if the state left its bounds."""
-    run, lane_runs, balls = one.run, one.arrays, one.run.balls
-    for done in range(count):
-        _next_samples(lane_runs, samples[done, ANGLE:])
-        if lane_runs.status[SOUND, 0] == 0.0:
-            lane_runs.status[SOUND, 0] = 1.0
-            for j in range(run.state.size):
-                run.work.trial[j] = lane_runs.state[j, 0]
-            return done
-        for j in range(run.state.size):
-            run.state[j] = lane_runs.state[j, 0]
-        for i in range(balls.number):
-            balls.discrete[i, TURNS] = int(lane_runs.turns[i, 0])
-    run.work.memory[0, _VALID], run.work.memory[0, _BEGAN] = 1.0, lane_runs.clock[BEGIN, 0]
-    return count
-
-
-PAGE = 512
-"""Doubles per page of memory."""
-
-
-def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: LaneSamples) -> None:
-    """Take Taylor steps along a plan: see ``stepping.side_by_side.advance_side_by_side``."""
-    clock = runs.clock
-    touch(samples.numbers)
-    for lane in range(runs.sound.size):
-        clock[WHERE, lane] = float(lane * samples.run)
-        clock[STRIDE, lane] = float(samples.sample)
-    for s in range(plan.rows.shape[0]):
-        enter(runs, plan, s)
-        while _next_samples(runs, runs.row[0]):
-            if plan.rows[s, lanes.FINISHES] != 0:
-                record(runs, samples)
-
-
-def touch(numbers: Floats) -> None:
-    """Write to each page of new memory, which the operating system maps at its first use.
-
-    This is done beforehand, because page faults between steps would evict code and series from the
-    caches.
-    """
-    for k in range(0, numbers.size, PAGE):
-        numbers[k] = 0.0
-
-
-def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
-    """Begin a row of a plan: continue the current steps, or restart where a segment begins."""
-    clock, last = runs.clock, plan.places.shape[1]
-    any_restart = False
-    for lane in range(runs.sound.size):
-        start, offset = plan.times[s, lanes.START, lane], plan.times[s, lanes.OFFSET, lane]
-        if s == 0 or start != clock[START, lane]:
-            any_restart = True
-            since = plan.rows[s, lanes.FIRST] * clock[STEP, lane] - start
-            clock[RESTART, lane], clock[TO, lane] = 1.0, since + offset
-            clock[LOCAL, lane] = clock[TO, lane]
-            clock[UNTIL, lane] = plan.places[s, last - PLACE_UNTIL, lane]
-            for j in range(last):
-                runs.c[runs.place + j, lane] = plan.places[s, j, lane]
-        else:
-            clock[TO, lane] = clock[BEGIN, lane]
-        length = plan.times[s, lanes.LENGTH, lane]
-        clock[START, lane], clock[OFFSET, lane], clock[LENGTH, lane] = start, offset, length
-        clock[ENDS_STEPS, lane] = float(plan.rows[s, lanes.FINISHES])
-        clock[FIRST, lane] = float(plan.rows[s, lanes.FIRST])
-        steps = plan.rows[s, lanes.STEPS] if length > 0.0 else plan.rows[s, lanes.FINISHES]
-        clock[COUNT, lane] = float(steps)
-        _set_first_sample(runs, lane)
-    if any_restart:
-        call(runs.prepare, runs.c)
-        renew(runs)
-
-
-def record(runs: TaylorRuns, samples: LaneSamples) -> None:
-    """Write the current rows as samples of the runs that have one due."""
-    c, b, clock, row, channel = runs.c, runs.b, runs.clock, runs.row, float(samples.channel)
-    if samples.channel == 1:
-        call(runs.record_dense, c, b, clock, row, samples.numbers, runs.nowhere, channel)
-    else:
-        call(runs.record, c, b, clock, row, samples.numbers, runs.nowhere, channel)

@@ -317,30 +317,23 @@ def step_of(tableau: Tableau) -> str:
     The order of the sums and their fused operations are those of the machine code, so that states
     agree to the bit.
     """
-    a, b, c = tableau
-    stages = len(b)
-    lines = [f"double k[{stages - 1}][STATES]; /* slopes of the stages after the first */"]
+    *stages, (_, end) = tableau.stages()
+    lines = [f"double k[{len(stages)}][STATES]; /* slopes of the stages after the first */"]
 
-    def combined(weights: Sequence[float], used: int) -> list[str]:
-        terms = [
-            (weight, f"k[{k - 1}][j]" if k else "k0[j]")
-            for k, weight in enumerate(weights[:used])
-            if weight != 0.0
-        ]
-        (weight, first), *others = terms
-        body = [f"double sum = {c_literal(weight)} * {first};"]
-        body += [f"sum = fma({c_literal(weight)}, {k}, sum);" for weight, k in others]
-        body.append("trial[j] = fma(length, sum, y[j]);")
+    def combined(terms: Sequence[tuple[float, int]]) -> list[str]:
+        first, *others = [(c_literal(w), f"k[{k - 1}][j]" if k else "k0[j]") for w, k in terms]
         return [
-            "for (int j = 0; j < STATES; j++) {", *(f"    {line}" for line in body), "}",
-        ]  # fmt: skip
+            "for (int j = 0; j < STATES; j++) {",
+            f"    double sum = {first[0]} * {first[1]};",
+            *(f"    sum = fma({weight}, {slope}, sum);" for weight, slope in others),
+            "    trial[j] = fma(length, sum, y[j]);",
+            "}",
+        ]
 
-    for stage in range(1, stages):
-        lines += combined(a[stage].tolist(), stage)
-        lines.append(
-            f"slope(d, s, fma({c_literal(float(c[stage]))}, length, begin), trial, k[{stage - 1}]);"
-        )
-    lines += combined(b.tolist(), stages)
+    for k, (share, terms) in enumerate(stages):
+        time = f"fma({c_literal(share)}, length, begin)"
+        lines += [*combined(terms), f"slope(d, s, {time}, trial, k[{k}]);"]
+    lines += combined(end)
     arguments = (
         "const struct drive *d, const struct drive_segment *s, double begin, double length, "
         "const double *y, const double *k0, double *trial"
