@@ -210,16 +210,17 @@ ALLOWED = {
 
 
 def private_names(path: Path) -> Iterator[str]:
-    """Yield private attributes, imports and texts for ``setattr`` in a file of tests."""
+    """Yield private attributes, imports, and texts for ``setattr`` in a file."""
     for node in nodes(path):
         if isinstance(node, ast.Attribute):
-            owner = node.value.id if isinstance(node.value, ast.Name) else ""
-            yield from [node.attr] if owner not in ("self", "cls") else []
+            names = [] if getattr(node.value, "id", "") in ("self", "cls") else [node.attr]
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("ab_"):
-            yield from (alias.name for alias in node.names)
+            names = [alias.name for alias in node.names]
         elif isinstance(node, ast.Call) and "attr" in ast.unparse(node.func):
-            texts = (x.value for x in node.args if isinstance(x, ast.Constant))
-            yield from (x.rpartition(".")[2] for x in texts if isinstance(x, str))
+            names = [str(getattr(each, "value", "")).rpartition(".")[2] for each in node.args]
+        else:
+            continue
+        yield from filter(PRIVATE.fullmatch, names)
 
 
 def test_tests_use_no_private_names() -> None:
@@ -228,6 +229,6 @@ def test_tests_use_no_private_names() -> None:
         (str(path.relative_to(ROOT)), name)
         for path in (ROOT / "tests").rglob("*.py")
         for name in private_names(path)
-        if PRIVATE.fullmatch(name) and name not in ALLOWED
+        if name not in ALLOWED
     }
     assert used == set()

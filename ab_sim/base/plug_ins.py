@@ -4,7 +4,9 @@ An installed package names its modules in the entry-point group ``GROUP``. A sin
 is named by ``ab-sim --load`` or a node's parameter ``load``, and never by a scene: scenes are data.
 """
 
+import functools
 import importlib.util
+import pkgutil
 import sys
 import threading
 from collections.abc import Callable, Iterable
@@ -51,6 +53,14 @@ def load_installed() -> None:
         except InputError:
             _installed_begun = False  # so that the next reader gets the error, too
             raise
+
+
+@functools.cache
+def load_folder(package: str) -> None:
+    """Import all modules of a package that register something, and the installed plug-ins."""
+    for module_info in pkgutil.iter_modules(importlib.import_module(package).__path__):
+        importlib.import_module(f"{package}.{module_info.name}")
+    load_installed()
 
 
 def load_files(files: Iterable[str | Path], option: str = LOAD) -> None:

@@ -186,7 +186,7 @@ class Metric(Generic[T]):
     """True if the metric can be compared among balanced runs only."""
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
-        register(self)
+        METRICS.add(self.key, self)
 
     @overload
     def __get__(self, instance: None, owner: type[Any]) -> "Metric[T]": ...
@@ -271,18 +271,6 @@ class Metric(Generic[T]):
 
 METRICS = NamedEntries[Metric[Any]]("metric")
 """Registered metrics; ``reported_metrics`` registers those of plug-ins first."""
-
-
-def register(metric: Metric[T]) -> Metric[T]:
-    """Register a metric and return it.
-
-    Raises
-    ------
-    ValueError
-        Another metric has the key.
-    """
-    METRICS.add(metric.key, metric)
-    return metric
 
 
 def reported_metrics() -> list[Metric[Any]]:

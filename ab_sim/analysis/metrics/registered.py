@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from ab_sim.analysis.metrics.judging import JudgedRuns, SampleBlock
-from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Quantity, Row, register
+from ab_sim.analysis.metrics.metric import METRICS, Better, Metric, MetricValues, Quantity, Row
 from ab_sim.analysis.metrics.wording import number_row, number_text
 from ab_sim.base.errors import InputError
 from ab_sim.drive.trajectory import Trajectory
@@ -109,22 +109,17 @@ def register_metric(
             if unit == "1"
             else number_row(head, value, Quantity(unit, ShownUnit(unit, 1.0)))
         )
-        accumulator, equation = (
-            _accumulator_of(kind, last_stretch),
+        metric = Metric[float | None](
+            key,
+            unit,
+            meaning,
             str(getattr(kind, "equation", "")),
+            _accumulator_of(kind, last_stretch),
+            lambda accumulator: [recorder.value() for recorder in accumulator.recorders],
+            row,
+            Better(better),
         )
-        register(
-            Metric[float | None](
-                key,
-                unit,
-                meaning,
-                equation,
-                accumulator,
-                lambda accumulator: [recorder.value() for recorder in accumulator.recorders],
-                row,
-                Better(better),
-            )
-        )
+        METRICS.add(key, metric)
         return kind
 
     return add

@@ -6,15 +6,13 @@ Code that chooses, prices or runs steppers queries abilities by name, never a cl
 
 import dataclasses
 import functools
-import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any, NamedTuple
 
 from ab_sim.base.errors import SceneError, exact, nearest
 from ab_sim.base.named_entries import NamedEntries
-from ab_sim.base.plug_ins import load_installed
+from ab_sim.base.plug_ins import load_folder
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,16 +190,8 @@ def _family(name: str) -> _Family:
     )
 
 
-@functools.cache
-def _import_all() -> None:
-    folder = import_module(_FOLDER)
-    for module_info in pkgutil.iter_modules(folder.__path__):
-        import_module(f"{_FOLDER}.{module_info.name}")
-    load_installed()
-
-
 def _all_families() -> dict[str, _Family]:
     """Return all registered families by name, those of plug-ins included."""
-    _import_all()
+    load_folder(_FOLDER)
     # Sorted by name, as the order of registration depends on earlier imports.
     return dict(sorted(FAMILIES.items()))

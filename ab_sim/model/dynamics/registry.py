@@ -1,16 +1,13 @@
 """Registry of the deck models that a scene can name, from the files in ``deck_models/``."""
 
-import functools
-import pkgutil
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from ab_sim.base.errors import SceneError
 from ab_sim.base.named_entries import NamedEntries
-from ab_sim.base.plug_ins import load_installed
+from ab_sim.base.plug_ins import load_folder
 from ab_sim.model.dynamics.at_rest import Linearised
 from ab_sim.model.dynamics.system import System
 from ab_sim.scene.model import Scene
@@ -78,21 +75,21 @@ def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -
 
 def deck_models() -> dict[str, RegisteredDeckModel]:
     """Return all deck models by name."""
-    _import_all()
+    load_folder(_FOLDER)
     return dict(sorted(DECK_MODELS.items()))
 
 
 def of_scene(scene: Scene) -> DeckFromScene:
     """Return the functions for the deck model that a checked scene names, or has by default."""
     name = scene.deck_model or (PLANAR if scene.deck is None else IN_SPACE)
-    _import_all()
+    load_folder(_FOLDER)
     return DECK_MODELS[name].from_scene
 
 
 def of_system(system: System) -> DeckFromScene:
     """Return the functions for a system's deck model."""
     kind = type(system.deck_model)
-    _import_all()
+    load_folder(_FOLDER)
     return next(
         deck_model.from_scene for deck_model in DECK_MODELS.values() if deck_model.kind is kind
     )
@@ -122,11 +119,3 @@ def require_built_in(scene: Scene, request: str) -> None:
         f"allowed here: {IN_SPACE}, {PLANAR}; take deck_model out of the scene (--set "
         "deck_model=), or simulate this deck instead, without faults of balls, mounts and disc"
     )
-
-
-@functools.cache
-def _import_all() -> None:
-    folder = import_module(_FOLDER)
-    for module_info in pkgutil.iter_modules(folder.__path__):
-        import_module(f"{_FOLDER}.{module_info.name}")
-    load_installed()
