@@ -121,19 +121,14 @@ def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
     return [real_key(scene, key) for key in keys]
 
 
-def moved(scene: Scene, key: str, value: float) -> Scene:
-    """Return the scene with another value of a key, SI.
+def moved(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """Return the scene with other values by key, SI.
 
     Raises
     ------
     SceneError
-        The value is not allowed.
+        A value is not allowed.
     """
-    return _moved_together(scene, {key: value})
-
-
-def _moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
-    """Return the scene with other values by key; see ``moved``."""
     changes: dict[str, object] = dict(values)
     if scene.start.ball_angles is None and any(key.startswith(ANGLES) for key in values):
         changes = {ANGLES: list(start_angles(scene)), **values}
@@ -365,7 +360,7 @@ def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | No
     scenes: list[Scene | None] = []
     for moves in ((step, step / 2.0), (-step / 2.0, -step)):
         try:
-            scenes += [moved(scene, key.key, key.value + move) for move in moves]
+            scenes += [moved(scene, {key.key: key.value + move}) for move in moves]
         except SceneError:
             scenes += [None, None]
     return scenes
@@ -385,7 +380,7 @@ def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
     for chosen in (list(moves), *([key] for key in moves)):
         try:
             return [
-                _moved_together(scene, {key.key: key.value + k * moves[key] for key in chosen})
+                moved(scene, {key.key: key.value + k * moves[key] for key in chosen})
                 for k in range(1, 8)
             ]
         except SceneError:

@@ -99,10 +99,6 @@ class Uniform(NamedTuple):
     low: float
     high: float
 
-    def mass_within(self) -> float:
-        """Return the probability between the limits, see ``Normal``."""
-        return 1.0
-
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return quantiles, see ``Normal``."""
         return self.low + shares * (self.high - self.low)
@@ -114,10 +110,6 @@ class Discrete(NamedTuple):
     choices: int
     """Number of values in the list."""
 
-    def mass_within(self) -> float:
-        """Return the probability between the limits, see ``Normal``."""
-        return 1.0
-
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return indices in the list of values; arguments as for ``Normal``."""
         return np.floor(shares * self.choices).astype(np.int64)
@@ -128,10 +120,6 @@ class Loading(NamedTuple):
 
     size: float
     """Factor, in the key's unit."""
-
-    def mass_within(self) -> float:
-        """Return the probability between the limits, see ``Normal``."""
-        return 1.0
 
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return quantiles, see ``Normal``."""
@@ -216,10 +204,11 @@ def tolerance_of(text: str) -> Tolerance:
         reader.check_no_limits(options)
         return Tolerance(name, RANDOM, Uniform(0.0, 1.0), (), True, options.group, text)
     what, distribution, values = reader.form(spread_text, options)
-    if distribution.mass_within() < _LEAST_MASS:
+    mass = distribution.mass_within() if isinstance(distribution, Normal | LogNormal) else 1.0
+    if mass < _LEAST_MASS:
         raise reader.error(
-            f"between low and high lies {distribution.mass_within():.2g} of the distribution; "
-            f"must be at least {_LEAST_MASS:g}"
+            f"between low and high lies {mass:.2g} of the distribution; must be at least "
+            f"{_LEAST_MASS:g}"
         )
     return Tolerance(name, what, distribution, values, options.per_ball, options.group, text)
 

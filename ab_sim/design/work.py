@@ -14,7 +14,7 @@ import os
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 import pyarrow
@@ -284,13 +284,7 @@ class _Chunks(Sequence[list[Point]]):
     def __len__(self) -> int:
         return math.ceil(len(self._runs) / self._size)
 
-    @overload
-    def __getitem__(self, index: int) -> list[Point]: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[list[Point]]: ...
-
-    def __getitem__(self, index: int | slice) -> list[Point] | list[list[Point]]:
+    def __getitem__(self, index: int | slice) -> Any:
         if isinstance(index, slice):
             return [self[k] for k in range(*index.indices(len(self)))]
         if not 0 <= index < len(self):

@@ -7,7 +7,7 @@ All other runs are checked by their scene one by one, which reports errors.
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class RunColumns:
 
 
 class _LazyScenes(Sequence[Scene]):
-    """Scenes of some runs, created on access.
+    """Scenes of some runs, created on access, one at a time.
 
     Parameters
     ----------
@@ -107,18 +107,10 @@ class _LazyScenes(Sequence[Scene]):
     def __len__(self) -> int:
         return len(self._rows)
 
-    @overload
-    def __getitem__(self, index: int) -> Scene: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Scene]: ...
-
-    def __getitem__(self, index: int | slice) -> Scene | Sequence[Scene]:
-        rows = self._rows[index]
-        if isinstance(index, slice):
-            return _LazyScenes(self._base, self._values, rows)
-        changes = {key: column[rows].tolist() for key, column in self._values.items()}
-        return changed_scene(self._base, changes, f"variation {rows}")
+    def __getitem__(self, index: Any) -> Any:
+        row = self._rows[index]
+        changes = {key: column[row].tolist() for key, column in self._values.items()}
+        return changed_scene(self._base, changes, f"variation {row}")
 
 
 def columns_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> RunColumns | None:

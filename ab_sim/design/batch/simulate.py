@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
@@ -66,12 +66,6 @@ class ByKey(Sequence[Mapping[str, object]]):
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
-
-    @overload
-    def __getitem__(self, index: int) -> Mapping[str, object]: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Mapping[str, object]]: ...
 
     def __getitem__(self, index: int | slice) -> Any:
         if isinstance(index, slice):

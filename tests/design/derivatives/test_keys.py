@@ -55,12 +55,12 @@ def test_keys_are_all_numbers_that_act() -> None:
 
 def test_a_moved_scene_is_checked() -> None:
     with pytest.raises(SceneError, match="balls.mass"):
-        moved(HOLD, "balls.mass.1", -1e-3)
+        moved(HOLD, {"balls.mass.1": -1e-3})
 
 
 def test_a_moved_scene_has_the_other_value_and_nothing_else() -> None:
-    there = moved(HOLD, "balls.mass.1", 2e-3)
+    there = moved(HOLD, {"balls.mass.1": 2e-3})
     assert there.balls.masses == (1e-3, 2e-3) and HOLD.balls.masses == (1e-3, 1e-3)
     assert there.effects == HOLD.effects
     assert there.start == HOLD.start
-    assert moved(HOLD, "effects.suspension.damping", 0.3).effects["suspension"].damping == 0.3
+    assert moved(HOLD, {"effects.suspension.damping": 0.3}).effects["suspension"].damping == 0.3
