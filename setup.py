@@ -72,6 +72,7 @@ setup(
         "ab_msgs_py": ["py.typed"],
     },
     install_requires=[
+        "filelock>=3.30",  # lock_descriptor
         "llvmlite>=0.45",  # opaque pointers, and the pass manager that is left
         "matplotlib>=3.9",  # 3.9 is the first for numpy 2
         "numpy>=2",

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import llvmlite
 import numpy as np
+import psutil
 
 from ab_sim.base.errors import DivergedError, InputError, SceneError
 from ab_sim.base.presentation import Column, Columns, Presented, Progress
@@ -158,7 +159,7 @@ def conditions() -> dict[str, Any]:
         "machine": {
             "processor": _processor(),
             "cores": os.cpu_count(),
-            "load_average": list(os.getloadavg()),
+            "load_average": list(psutil.getloadavg()),
             "system": platform.platform(),
         },
         "versions": {

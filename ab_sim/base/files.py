@@ -5,6 +5,7 @@ import errno
 import os
 import shutil
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -240,14 +241,11 @@ def replacing(file: Path) -> Iterator[Path]:
         raise
 
 
-try:
-    import fcntl
-except ImportError:
-    fcntl = None  # type: ignore[assignment]
+def lock(file: IO[bytes] | int, wait: bool = False) -> bool:
+    """Lock an open file for this process until it is closed, and return whether it is locked.
 
-
-def lock(file: IO[bytes] | int, wait: bool = False) -> None:
-    """Lock an open file for this process until it is closed.
+    The system removes the lock if the process is killed. On Windows, other processes cannot read
+    the first byte meanwhile.
 
     Parameters
     ----------
@@ -258,37 +256,36 @@ def lock(file: IO[bytes] | int, wait: bool = False) -> None:
 
     Raises
     ------
-    BlockingIOError
-        Another process holds a lock on it, and ``wait`` is False.
+    OSError
+        The file system has no locks.
     """
-    if fcntl is not None:
-        fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    from filelock import lock_descriptor  # imports slowly
+
+    return lock_descriptor(file if isinstance(file, int) else file.fileno(), blocking=wait)
 
 
 def is_being_written(path: Path) -> bool:
     """Return whether another process locks a file or, on Linux, has it open for writing.
 
-    Files of other users, and file systems without leases, count as not open for writing.
+    Files of other users, and file systems without locks and leases, count as not open for writing.
     """
-    if fcntl is None:
+    # NFS locks only files that are open for writing.
+    with path.open("r+b" if os.access(path, os.W_OK) else "rb") as file:
+        with contextlib.suppress(OSError):
+            if not lock(file):
+                return True
+    if sys.platform == "win32":
         return False
+    import fcntl
+
     with path.open("rb") as file:
-        return _is_held(file)
-
-
-def _is_held(file: IO[bytes]) -> bool:
-    """Return whether another process locks an open file, or has it open for writing."""
-    try:
-        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    try:  # Linux refuses a lease on a file that is open for writing
-        fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
-        fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
-    except BlockingIOError:
-        return True
-    except (OSError, AttributeError):  # AttributeError: macOS has no leases
-        pass
+        try:  # Linux refuses a lease on a file that is open for writing
+            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
+            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
+        except BlockingIOError:
+            return True
+        except (OSError, AttributeError):  # AttributeError: macOS has no leases
+            pass
     return False
 
 
@@ -314,7 +311,7 @@ def cache_folder() -> Path | None:
 
 def _among_temporary_files() -> list[Path]:
     """Return this user's folder among the temporary files; empty on systems without user ids."""
-    if os.name != "posix":
+    if sys.platform == "win32":
         return []
     return [Path(tempfile.gettempdir(), f"cache-{os.getuid()}", "ab_sim")]
 
@@ -326,7 +323,7 @@ def _is_ours_alone(folder: Path) -> bool:
     of the path must be a folder, because otherwise a link may have replaced it since. On Windows,
     other users have no access to a user's folder for caches.
     """
-    if os.name != "posix":
+    if sys.platform == "win32":
         return os.access(folder, os.W_OK)
     me = os.getuid()
     status, *above = [part.lstat() for part in (folder, *folder.parents)]
@@ -351,11 +348,11 @@ def _others_write(status: os.stat_result) -> bool:
 
 def _is_private(group: int) -> bool:
     """Return whether this is the user's private group, which has no other members."""
-    try:
-        import grp
-        import pwd
-    except ImportError:
+    if sys.platform == "win32":
         return False
+    import grp
+    import pwd
+
     try:
         me, members = pwd.getpwuid(os.getuid()), grp.getgrgid(group)
     except KeyError:

@@ -78,7 +78,7 @@ def kept_from_children() -> Iterator[None]:
     this process, another thread receives the signals, so that none is lost. In a child, signals are
     pending until it calls ``accept_signals``.
     """
-    if not hasattr(signal, "pthread_sigmask"):  # Windows, which has other means
+    if sys.platform == "win32":  # cannot block signals
         yield
         return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, KEPT)
@@ -90,7 +90,7 @@ def kept_from_children() -> Iterator[None]:
 
 def accept_signals() -> None:
     """Unblock the signals that ``kept_from_children`` of the parent has blocked in this process."""
-    if hasattr(signal, "pthread_sigmask"):
+    if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, KEPT)
 
 
@@ -103,7 +103,7 @@ def exit_process(code: int) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError):  # the reader may have gone
             stream.flush()
-    if os.name == "posix":
+    if sys.platform != "win32":
         ctypes.CDLL(None).fflush(None)  # ROS logs through C
     os._exit(code)
 

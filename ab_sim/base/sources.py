@@ -135,9 +135,11 @@ def _source(module: str) -> ModuleSource:
         raise NotOfSources(f"{module} has no file to import it from")
     try:
         source = _read(module, path)
-        # ctime is the time of the last change, which programs cannot set. It is read each time,
-        # because an edited module may be imported again.
-        changed = path.stat().st_ctime
+        # ctime is the time of the last change, which programs cannot set, except on Windows, where
+        # it is that of the creation. It is read each time, because an edited module may be imported
+        # again.
+        status = path.stat()
+        changed = status.st_mtime if sys.platform == "win32" else status.st_ctime
     except OSError as error:
         raise NotOfSources(str(error)) from error
     if changed > _process_start():
@@ -180,11 +182,12 @@ def _process_start() -> float:
     On Linux, the time that psutil returns is up to a second early, because it is computed from the
     time of boot in whole seconds.
     """
-    if not (status := Path("/proc/self/stat")).exists():
+    if sys.platform != "linux":
         import psutil
 
         return psutil.Process().create_time()
-    fields = status.read_text(encoding="utf-8").rpartition(")")[2].split()
+    status = Path("/proc/self/stat").read_text(encoding="utf-8")
+    fields = status.rpartition(")")[2].split()
     ticks = os.sysconf("SC_CLK_TCK")
     age = time.clock_gettime(time.CLOCK_BOOTTIME) - (float(fields[19]) + 1.0) / ticks
     return time.time() - age

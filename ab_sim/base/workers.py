@@ -4,6 +4,8 @@ import contextlib
 import multiprocessing
 import os
 import queue
+import signal
+import sys
 import threading
 import time
 from collections import deque
@@ -12,7 +14,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from ab_sim.base.errors import AbSimError
 from ab_sim.base.interruption import kept_from_children
@@ -58,7 +60,7 @@ class Workers:
     def __init__(self, count: int) -> None:
         self._count, self._warm, self._spent = count, False, 0.0
         self._processes: list[BaseProcess] = []
-        self._idle: queue.SimpleQueue[Connection] = queue.SimpleQueue()
+        self._idle: queue.SimpleQueue[Any] = queue.SimpleQueue()  # connections to processes
         self._threads: ThreadPoolExecutor | None = None
 
     def __enter__(self) -> "Workers":
@@ -129,8 +131,9 @@ class Workers:
     def _start(self) -> None:
         """Start the processes, each with a pipe, and a thread per process that waits for it."""
         context = multiprocessing.get_context("spawn")
-        with kept_from_children():
-            resource_tracker.ensure_running()  # otherwise the first process would start it
+        if sys.platform != "win32":
+            with kept_from_children():
+                resource_tracker.ensure_running()  # otherwise the first process would start it
         with kept_from_children():  # again, because starting the tracker unblocks the signals
             for _ in range(self._count):
                 here, there = context.Pipe()
@@ -162,6 +165,7 @@ class Workers:
 
 def _work(connection: Connection, files: Sequence[str]) -> None:
     """Apply functions to items, as requested through a pipe; main function of a process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Windows cannot block it, as the parent does
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     load_files(files)
     while True:

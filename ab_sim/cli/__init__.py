@@ -1,6 +1,7 @@
 """The command line `ab-sim`."""
 
 import errno
+import io
 import os
 import sys
 
@@ -16,6 +17,7 @@ def main() -> None:
     Exit codes: 0 done, 1 refused by a node, 2 bad input, 3 diverged, 130 interrupted.
     """
     interruption.watch()
+    _write_utf8()
     from ab_sim.base.errors import AbSimError, Interrupted, visible
 
     try:
@@ -37,3 +39,11 @@ def main() -> None:
         # Python flushes standard output again at exit, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(2)
+
+
+def _write_utf8() -> None:
+    """Write UTF-8 to files and pipes on Windows, whose encoding lacks most characters."""
+    if sys.platform == "win32":
+        for stream in (sys.stdout, sys.stderr):
+            assert isinstance(stream, io.TextIOWrapper)
+            stream.reconfigure(encoding="utf-8")

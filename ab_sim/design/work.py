@@ -70,18 +70,16 @@ class Parts:
             try:
                 self._folder.mkdir(mode=0o700, exist_ok=True)
                 self._lock = os.open(self._folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+                is_locked = lock(self._lock)
             except OSError as error:
                 self._warn(error)
-                self._folder = None
-        if self._lock is not None:
-            try:
-                lock(self._lock)
-            except BlockingIOError:
-                os.close(self._lock)
+                self._folder, is_locked = None, True
+            if not is_locked:
+                self.__exit__()
                 raise InputError(
                     "another process is computing the same sweep; wait for it, or stop it: its "
                     "finished runs are kept"
-                ) from None
+                )
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -6,6 +6,7 @@ import platform
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import zipfile
 from collections import Counter
@@ -292,7 +293,7 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
         "documentation/index.html": documentation.encode(),
     }
     if binary is not None:
-        content[f"binaries/{machine}/{identifier}.so"] = binary
+        content[f"binaries/{machine}/{identifier}{_LIBRARY}"] = binary
     return Fmu(_zipped(content), None if binary is None else machine, tuple(variables))
 
 
@@ -325,6 +326,10 @@ def identifier_of(name: str) -> str:
     """Convert a file's name to a C identifier."""
     plain = re.sub(r"\W", "_", name, flags=re.ASCII)
     return plain if re.match("[A-Za-z]", plain) else f"drive_{plain}"
+
+
+_LIBRARY = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+"""Ending of shared libraries on this system, as FMI requires."""
 
 
 def _platform_tuple() -> str:
@@ -382,15 +387,15 @@ def _binary(sources: dict[str, str]) -> bytes | None:
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
         for file in _HEADER_NAMES:
             (folder / file).write_bytes((_HEADERS / file).read_bytes())
-        words = [compiler, *FLAGS, "drive.c", "fmu.c", "-o", "fmu.so", "-lm"]
-        result = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+        words = [compiler, *FLAGS, "drive.c", "fmu.c", "-o", "fmu", "-lm"]
+        result = subprocess.run(words, cwd=folder, capture_output=True, text=True, errors="replace")
         if result.returncode:
             message = next((line for line in result.stderr.splitlines() if "error" in line), "")
             raise InputError(
                 f"{compiler}: cannot build the FMU's binary: {message or result.stderr.strip()}; "
                 "repair the compiler, or hide it from PATH for an FMU of sources alone"
             )
-        return (folder / "fmu.so").read_bytes()
+        return (folder / "fmu").read_bytes()
 
 
 def _zipped(content: dict[str, bytes]) -> bytes:
@@ -400,6 +405,6 @@ def _zipped(content: dict[str, bytes]) -> bytes:
         for name, data in content.items():
             info = zipfile.ZipInfo(name)
             info.compress_type = zipfile.ZIP_DEFLATED
-            info.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
+            info.external_attr = (0o755 if name.endswith(_LIBRARY) else 0o644) << 16
             archive.writestr(info, data)
     return archive_bytes.getvalue()

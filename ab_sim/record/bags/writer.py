@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 from functools import partial
+from io import BufferedWriter
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import (
@@ -168,7 +169,10 @@ class BagWriter:
         """Rename the file, whose name rosbags chose, and lock it."""
         storage = self._writer.storage
         assert isinstance(storage, McapWriter)
+        storage.bio.close()  # Windows renames only closed files
         storage.path = storage.path.rename(self.path / name)
+        storage.bio = cast(BufferedWriter, storage.path.open("r+b"))
+        storage.bio.seek(0, os.SEEK_END)
         lock(storage.bio, wait=True)  # `repair_bag` finds this lock
 
     def _check_usable(self) -> None:

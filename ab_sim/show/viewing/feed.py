@@ -20,8 +20,8 @@ _TIED = (
 
 
 def screens() -> bool:
-    """Return whether a window can be opened."""
-    return any(os.environ.get(name) for name in _SCREENS)
+    """Return whether a window can be opened; macOS and Windows have a screen without X11."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in _SCREENS)
 
 
 class Program:
@@ -40,7 +40,8 @@ class Program:
     def __init__(self) -> None:
         spec = importlib.util.find_spec("rerun_cli")
         places = [] if spec is None else list(spec.submodule_search_locations or [])
-        programs = [place for place in (Path(p, "rerun") for p in places) if place.is_file()]
+        name = "rerun.exe" if sys.platform == "win32" else "rerun"
+        programs = [place for place in (Path(p, name) for p in places) if place.is_file()]
         if not programs:
             raise InputError(
                 "Rerun's viewer is not installed; install it with `pip install rerun-sdk`"
