@@ -274,6 +274,7 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
         "VARIABLES": "".join(_rows(variables)),
         "FOLLOW_PROFILE": str([variable.name for variable in variables].index("follow_profile")),
         "PLATFORM": machine,
+        "LIBRARY": _LIBRARY,
     }
     flags = {"quaternion": "qw" in sources.channels}
     text = filled("fmu.c", {**values, "UNSUPPORTED": ""}, flags)
@@ -388,7 +389,9 @@ def _binary(sources: dict[str, str]) -> bytes | None:
         for file in _HEADER_NAMES:
             (folder / file).write_bytes((_HEADERS / file).read_bytes())
         words = [compiler, *FLAGS, "drive.c", "fmu.c", "-o", "fmu", "-lm"]
-        result = subprocess.run(words, cwd=folder, capture_output=True, text=True, errors="replace")
+        result = subprocess.run(
+            words, cwd=folder, capture_output=True, encoding="utf-8", errors="replace"
+        )
         if result.returncode:
             message = next((line for line in result.stderr.splitlines() if "error" in line), "")
             raise InputError(
