@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,6 +17,8 @@ from ab_sim.base.errors import RecordingError
 from ab_sim.record.recording import Recording
 from tests.recorded import read_recording
 from tests.recording.runs import describe, record, run
+
+resource = pytest.importorskip("resource")  # Windows has no limits of files
 
 
 @contextmanager
