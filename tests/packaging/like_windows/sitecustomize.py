@@ -4,6 +4,7 @@ Other packages see the real system, as they have other code for Windows.
 """
 
 import builtins
+import inspect
 import os
 import select
 import signal
@@ -53,7 +54,9 @@ def hide(module, lacking):
     real = {name: vars(module).pop(name) for name in lacking if name in vars(module)}
 
     def look_up(name):
-        if name in real and not is_ours(sys._getframe(1).f_globals.get("__name__", "")):
+        if name in real and not is_ours(
+            inspect.currentframe().f_back.f_globals.get("__name__", "")
+        ):
             return real[name]
         if lacking.get(name) is None:
             raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
@@ -71,7 +74,7 @@ def import_visible(name, globals=None, locals=None, fromlist=(), level=0):
 
 def refuse_files(event, arguments):
     if event == "open" and str(arguments[0]).startswith(FILES):
-        frame = sys._getframe(1)
+        frame = inspect.currentframe().f_back
         while frame and frame.f_globals.get("__name__", "").startswith("pathlib"):
             frame = frame.f_back
         if frame and is_ours(frame.f_globals.get("__name__", "")):
