@@ -185,7 +185,7 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
 
 def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: str) -> Job:
     """Return the job of a scene's runs, with all metrics that the study needs."""
-    resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
+    resolved, _ = resolve_accuracy(scene)
     bounded = (bound.metric for bound in question.criterion)
     return Job(resolved, drawn.keys, tuple(dict.fromkeys((*question.metrics, *bounded, ranked_by))))
 

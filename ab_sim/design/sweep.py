@@ -334,7 +334,7 @@ def run_sweep(
     """
     wanted = tuple(dict.fromkeys(metrics))
     metric_columns(wanted)
-    resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
+    resolved, _ = resolve_accuracy(scene)
     job = Job(resolved, points.keys, wanted)
     check_first(job, points)
     with executor or Workers(1) as entered:

@@ -228,7 +228,7 @@ def run_tuning(
     SceneError
         The middle of the ranges is no valid scene; the message states why.
     """
-    scene = task.scene if task.scene.accuracy is None else resolve_accuracy(task.scene)[0]
+    scene, _ = resolve_accuracy(task.scene)
     task = task._replace(scene=scene)
     _check(task)
     study: dict[str, object] = {"tune": task.report()}
