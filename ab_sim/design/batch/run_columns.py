@@ -1,8 +1,8 @@
 """Runs that differ in a few numbers only, as columns that are checked and prepared together.
 
-A scene's checks of numbers and the kernel's constants are arithmetic. With arrays they give the
-same bits. This holds for the keys and scenes of ``columns_of``, and for values far from a limit.
-All other runs are checked by their scene one by one, which reports errors.
+The conditions of a scene, its system and its start take arrays in place of numbers, and then give
+the same bits. This holds for the keys and scenes of ``columns_of``. Runs that violate a condition,
+or are close to a stability limit, are checked by their scene one by one, which reports errors.
 """
 
 import math
