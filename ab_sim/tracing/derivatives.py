@@ -6,10 +6,14 @@ ch. 11; Jorba and Zou (2005), Exp. Math. 14, 99-117; Griewank and Walther, Evalu
 f follow from those of its parts by one recurrence per operation.
 """
 
+import copy
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from ab_sim.tracing.expression import (
     Expression,
+    Graph,
     Level,
     across,
     is_constant,
@@ -89,29 +93,51 @@ class NotAnalyticError(ValueError):
     """Error of an operation that has no Taylor series."""
 
 
+class _Term(NamedTuple):
+    """Term of a sum: a factor that is known before a run, times a node or a product of two."""
+
+    minus: bool
+    factor: Expression
+    parts: tuple[Expression, ...]
+
+
 class PowerSeries:
     """Taylor coefficients, in powers of the time since an instant, of expressions of one graph.
+
+    Sums are taken apart into terms, and terms with the same factor are added before they are
+    multiplied by it, so that all products of series in a sum are one chain of fused operations.
 
     Parameters
     ----------
     rates
         Rate of change of each input that moves. Other inputs stay constant.
+    roots
+        Expressions whose coefficients will be requested, besides those of the rates. Nodes that
+        several of them use are not taken apart.
     """
 
-    def __init__(self, rates: Mapping[Expression, Expression]) -> None:
+    def __init__(
+        self, rates: Mapping[Expression, Expression], roots: Iterable[Expression] = ()
+    ) -> None:
         self._rates = dict(rates)
+        nodes = reachable_nodes([*self._rates.values(), *roots])
+        self._uses = Counter(arg.number for x in nodes for arg in x.args)
         self._coefficients: dict[tuple[int, int], Expression] = {}
         """Coefficients so far, by a node's number and the power of time."""
+        self._sums: dict[int, list[_Term]] = {}
+        """Terms of nodes, by their numbers."""
 
     def give(self, x: Expression, k: int, value: Expression) -> None:
         """Set coefficient k of a node, instead of deriving it."""
         self._coefficients[x.number, k] = value
 
-    def without(self, x: Expression, k: int) -> "PowerSeries":
-        """Return a copy in which coefficient k of a node is 0, e.g. because it is not known yet."""
-        copy = PowerSeries(self._rates)
-        copy._coefficients = {**self._coefficients, (x.number, k): x.graph.constant(0.0)}
-        return copy
+    def without(self, unknown: Iterable[Expression], k: int) -> "PowerSeries":
+        """Return a copy in which coefficient k of some nodes is 0, as it is not known yet."""
+        ahead = copy.copy(self)
+        ahead._coefficients = dict(self._coefficients)
+        for x in unknown:
+            ahead.give(x, k, x.graph.constant(0.0))
+        return ahead
 
     def coefficient(self, x: Expression, k: int) -> Expression:
         """Return a node's coefficient of the k-th power of time.
@@ -128,28 +154,84 @@ class PowerSeries:
             self._coefficients[key] = self._derived(x, k)
         return self._coefficients[key]
 
-    def change(self, x: Expression, k: int) -> Expression:
-        """Return coefficient k of the node's rate of change."""
-        rate = self._rates.get(x)
-        if rate is not None:
-            return self.coefficient(rate, k)
-        return self.coefficient(x, k + 1) * float(k + 1)
-
     def product(self, a: Expression, b: Expression, k: int, first: int = 0) -> Expression:
         """Return coefficient k of the product a b, with a's coefficients from ``first`` on.
 
-        This is the Cauchy product, sum over i of a_i b_(k-i). Terms with the highest orders, which
-        are computed last, are added last, so that the sum waits for them as little as possible. A
-        square takes half the products.
+        This is the Cauchy product, sum over i of a_i b_(k-i).
         """
-        of, is_square = self.coefficient, a is b and first == 0
-        once = twice = a.graph.constant(0.0)
-        for i in sorted(range(first, k + 1), key=lambda i: (max(i, k - i), i)):
-            if not is_square or 2 * i == k:
-                once = once + of(a, i) * of(b, k - i)
-            elif 2 * i < k:
-                twice = twice + of(a, i) * of(a, k - i)
-        return once if is_constant(twice, 0.0) else once + 2.0 * twice
+        of = self.coefficient
+        return _chain(a.graph, [(False, of(a, i), of(b, k - i)) for i in range(first, k + 1)])
+
+    def change(self, x: Expression, k: int) -> Expression:
+        """Return coefficient k of the node's rate of change."""
+        return self.coefficient(x, k + 1) * float(k + 1)
+
+    def rate(self, x: Expression) -> Expression | None:
+        """Return the expression of an input's rate of change, or None."""
+        return self._rates.get(x)
+
+    def _terms(self, x: Expression) -> list[_Term]:
+        """Return the terms of a sum or product."""
+        if x.number in self._sums:
+            return self._sums[x.number]
+        terms, ahead = [], [(False, lifted(x.graph, 1.0), x)]
+        while ahead:
+            minus, factor, node = _split(*ahead.pop())
+            apart = node is x or self._uses[node.number] < 2
+            if node.op in ("add", "sub") and apart:
+                ahead += [(minus ^ (node.op == "sub"), factor, node.args[1])]
+                ahead += [(minus, factor, node.args[0])]
+                continue
+            parts: tuple[Expression, ...] = (node,)
+            if node.op == "fma" and apart:
+                ahead += [(minus, factor, node.args[2])]
+            if node.op in ("mul", "fma") and apart:
+                one = lifted(x.graph, 1.0)
+                (m, f, a), (n, g, b) = (_split(False, one, arg) for arg in node.args[:2])
+                minus, factor = minus ^ m ^ n, factor * f * g
+                parts = (a, b) if a.number < b.number else (b, a)
+            terms.append(_Term(minus, factor, parts))
+        self._sums[x.number] = terms
+        return terms
+
+    def _sum(self, x: Expression, k: int, scale: float = 1.0) -> Expression:
+        """Return coefficient k of a sum or product, times a number."""
+        groups: dict[Expression, list[_Term]] = {}
+        for term in self._terms(x):
+            groups.setdefault(term.factor, []).append(term)
+        if len(groups) == 1:
+            ((factor, terms),) = groups.items()
+            total = _chain(x.graph, self._addends(terms, terms[0].minus, k)) * (factor * scale)
+            return -total if terms[0].minus else total
+        addends: list[_Addend] = []
+        for factor, terms in groups.items():
+            if is_constant(factor, 1.0):
+                addends += self._addends(terms, False, k)
+            else:
+                # Each group has the sign of its first term, so that groups with opposite signs
+                # share their sums.
+                minus = terms[0].minus
+                part = _chain(x.graph, self._addends(terms, minus, k))
+                addends.append((minus, factor, part))
+        return _chain(x.graph, addends) * scale
+
+    def _addends(self, terms: Iterable[_Term], opposite: bool, k: int) -> "list[_Addend]":
+        """Return the addends of coefficient k of some terms, without their factors."""
+        of, addends = self.coefficient, []
+        for term in terms:
+            minus, a, b = term.minus != opposite, term.parts[0], term.parts[-1]
+            one, two = (lifted(a.graph, value) for value in (1.0, 2.0))
+            if len(term.parts) == 1:
+                addends.append((minus, one, of(a, k)))
+            elif a is b:
+                # A square takes half the products.
+                twice = [(False, of(a, i), of(a, k - i)) for i in range((k + 1) // 2)]
+                addends.append((minus, two, _chain(a.graph, twice)))
+                if k % 2 == 0:
+                    addends.append((minus, of(a, k // 2), of(a, k // 2)))
+            else:
+                addends += [(minus, of(a, i), of(b, k - i)) for i in range(k + 1)]
+        return addends
 
     def _derived(self, x: Expression, k: int) -> Expression:
         """Return coefficient k of a node, from its lower ones and those of its arguments."""
@@ -158,13 +240,14 @@ class PowerSeries:
             if k == 0:
                 return x
             rate = self._rates.get(x)
-            return graph.constant(0.0) if rate is None else of(rate, k - 1) * (1.0 / k)
-        if x.op in ("add", "sub", "neg", "total"):
+            if rate is None:
+                return graph.constant(0.0)
+            is_sum = rate.op in _SUMS and rate.level > Level.PARAMETER
+            return self._sum(rate, k - 1, 1.0 / k) if is_sum else of(rate, k - 1) * (1.0 / k)
+        if x.op in _SUMS:
+            return self._sum(x, k)
+        if x.op == "total":
             return rebuilt(x, [of(arg, k) for arg in args])
-        if x.op == "fma":
-            return self.product(args[0], args[1], k) + of(args[2], k)
-        if x.op == "mul":
-            return self.product(args[0], args[1], k)
         if x.op == "where" and args[0].level <= Level.PARAMETER:
             return where(args[0], of(args[1], k), of(args[2], k))
         if x.op not in _COEFFICIENTS:
@@ -172,6 +255,43 @@ class PowerSeries:
         return (
             rebuilt(x, [of(arg, 0) for arg in args]) if k == 0 else _COEFFICIENTS[x.op](self, x, k)
         )
+
+
+_SUMS = ("add", "sub", "neg", "mul", "fma")
+"""Operations whose coefficients are sums of products."""
+_Addend = tuple[bool, Expression, Expression]
+"""Product of two numbers to add, or to subtract if the first entry is true."""
+
+
+def _chain(graph: Graph, addends: Iterable[_Addend]) -> Expression:
+    """Return a sum of products.
+
+    Those that are computed last are added last, so that the sum waits for them as little as
+    possible. Numbers without a factor come first: they take no operation.
+    """
+    total = graph.constant(0.0)
+    for minus, a, b in sorted(addends, key=_lateness):
+        total = total - a * b if minus else total + a * b
+    return total
+
+
+def _lateness(addend: _Addend) -> tuple[bool, int]:
+    """Return the rank of an addend in a sum."""
+    _, a, b = addend
+    return not is_constant(a, 1.0), max(a.depth, b.depth)
+
+
+def _split(minus: bool, factor: Expression, x: Expression) -> tuple[bool, Expression, Expression]:
+    """Move a node's sign and the factors that are known before a run out of it."""
+    while x.level > Level.PARAMETER:
+        if x.op == "neg":
+            minus, x = not minus, x.args[0]
+        elif x.op == "mul" and min(arg.level for arg in x.args) <= Level.PARAMETER:
+            number, x = sorted(x.args, key=lambda arg: arg.level)
+            factor = factor * number
+        else:
+            break
+    return minus, factor, x
 
 
 def _quotient(of: PowerSeries, x: Expression, k: int) -> Expression:
@@ -201,6 +321,9 @@ def _turning(of: PowerSeries, x: Expression, k: int) -> Expression:
     """
     angle, coefficient = x.args[0], lifted(x.graph, 0.0)
     other, sign = (angle.sin(), -1.0) if x.op == "cos" else (angle.cos(), 1.0)
+    rate = of.rate(angle)
+    if rate is not None:
+        return of.coefficient(other * rate, k - 1) * (sign / k)
     for j in sorted(range(k), key=lambda j: max(j, k - 1 - j)):
         coefficient = coefficient + of.change(angle, j) * of.coefficient(other, k - 1 - j)
     return coefficient * (sign / k)

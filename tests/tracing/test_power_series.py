@@ -1,5 +1,6 @@
 """Taylor coefficients of expressions, beside mpmath's, and what has none."""
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -8,6 +9,7 @@ import pytest
 
 from ab_sim.tracing import Graph, Level, cos, lowered, sin, sqrt, where
 from ab_sim.tracing.derivatives import NotAnalyticError, PowerSeries
+from ab_sim.tracing.expression import reachable_nodes
 from tests.tracing.plain import python_function
 
 AT, ORDER = 0.7, 9
@@ -77,3 +79,21 @@ def test_what_has_no_series_is_named(formula: Any, words: str) -> None:
     with pytest.raises(NotAnalyticError) as caught:
         series.coefficient(formula(x), 2)
     assert str(caught.value) == words
+
+
+def test_terms_with_one_factor_are_multiplied_by_it_once() -> None:
+    graph = Graph()
+    k = graph.input("k", Level.PARAMETER)
+    x, y = graph.input("x"), graph.input("y")
+    series = PowerSeries({x: y, y: -x})
+    nodes = reachable_nodes([series.coefficient(k * x * y - (k * y) * y, 3)])
+    assert sum(k in node.args for node in nodes) == 1
+
+
+def test_what_is_computed_last_is_added_last() -> None:
+    """Each order waits for a few operations of the one before, not for a whole sum."""
+    graph = Graph()
+    x, y = graph.input("x"), graph.input("y")
+    series = PowerSeries({x: x * y, y: x * x - y})
+    depths = [series.coefficient(x, k).depth for k in range(12)]
+    assert max(b - a for a, b in itertools.pairwise(depths)) <= 6

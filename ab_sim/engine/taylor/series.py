@@ -8,11 +8,11 @@ series of an inverse is needed, only one product of series per term.
 
 from collections.abc import Sequence
 
-from ab_sim.engine.kernels.model import Evaluated, Model
+from ab_sim.engine.kernels.model import OF_EACH_BALL, Evaluated, Model
 from ab_sim.model.equations.arrowhead import Arrow, Solved, solve
 from ab_sim.model.equations.sums import Number, over_balls
 from ab_sim.tracing import Expression
-from ab_sim.tracing.derivatives import PowerSeries
+from ab_sim.tracing.derivatives import PowerSeries, derivatives
 from ab_sim.tracing.expression import is_constant
 
 
@@ -36,7 +36,8 @@ def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
     at = model.motion()
     equations = _Equations(model)
     rates = dict(zip(model.state_inputs(), model.slope(at, equations.unsolved), strict=True))
-    series = PowerSeries({**rates, model.lifted(at.time): model.graph.constant(1.0)})
+    moving = {**rates, **equations.moment_rates, model.lifted(at.time): model.graph.constant(1.0)}
+    series = PowerSeries(moving, [equations.at_zero, *equations.force])
     coefficients_of: list[list[Expression]] = [[] for _ in rates]
     for k in range(order + 1):
         for coefficients, state in zip(coefficients_of, rates, strict=True):
@@ -83,7 +84,7 @@ class _Equations:
 
     def __init__(self, model: Model) -> None:
         self._model, graph, lifted = model, model.graph, model.lifted
-        at = model.motion()
+        at, n = model.motion(), model.count
         spindle, torques, on, arrow = model.arrow(at)
         free, al = model.unknowns - 1, spindle.acceleration
         self._x = [graph.input(f"x[{r}]") for r in range(free)]
@@ -95,58 +96,76 @@ class _Equations:
             [lifted(arrow.block[min(r, q)][max(r, q)]) for q in range(free)] for r in range(free)
         ]
         self._coupling = [lifted(entry) for entry in arrow.coupling[:free]]
+        pull = arrow.path_force
+        for coupling, acceleration in zip(arrow.coupling, x, strict=True):
+            pull = pull + coupling * acceleration
+        self.at_zero = lifted(model.mobility(pull))
+        """Path accelerations of the balls; their coefficient k without that of the x's."""
+        self.moment_rates: dict[Expression, Expression] = {}
+        """Rates of the sums of the balls' moments, by the inputs that stand for the sums."""
+        self._moments: list[Expression] = []
         force: Sequence[Number] = arrow.force
-        self._moment: list[Expression] = []
-        self._moment_rate: list[Expression] = []
-        if model.count and hasattr(model.deck, "ball_moment"):
+        if n and hasattr(model.deck, "ball_moment"):
             # The balls' reaction on the deck is -(P'' + 2 w J P' - w^2 P + al J P), P the sum of
             # their moments. P'' costs no product of series, unlike the forces and path
             # accelerations that it consists of, and the other terms one for all balls.
-            w, (one, two) = spindle.speed, model.deck.ball_moment(on)
-            self._moment = [lifted(over_balls(model.count, m)) for m in (one, two)]
-            self._moment_rate = [graph.input(f"moment_rate[{r}]") for r in range(2)]
-            (p1, p2), (dp1, dp2) = self._moment, self._moment_rate
+            self._moments = [lifted(over_balls(n, m)) for m in model.deck.ball_moment(on)]
+            theta, rate = (graph.input(name, per_ball=True) for name in OF_EACH_BALL)
+            moments = [graph.input(f"moment[{r}]") for r in range(2)]
+            rates = derivatives(self._moments, {theta: rate})
+            self.moment_rates = dict(zip(moments, rates, strict=True))
+            w, (p1, p2), (dp1, dp2) = spindle.speed, moments, rates
             f1, f2 = model.deck.free_force(model.effects, spindle, at.deck)
-            force = [f1 + w * w * p1 + 2.0 * w * dp2, f2 + w * w * p2 - 2.0 * w * dp1]
-        self._force = [lifted(force[r] - arrow.block[r][free] * al) for r in range(free)]
-        self._path_force = lifted(arrow.path_force + arrow.coupling[free] * al)
+            force = [
+                f1 + w * w * p1 + (w + w) * dp2 + al * p2,
+                f2 + w * w * p2 - (w + w) * dp1 - al * p1 - model.deck.unbalance * al,
+            ]
+        else:
+            force = [
+                f - arrow.block[r][free] * al + over_balls(n, coupling * self._path)
+                for r, (f, coupling) in enumerate(zip(force[:free], self._coupling, strict=True))
+            ]
+        self.force = []
+        """Forces on deck and spindle; their coefficient k without that of the unknowns."""
+        for f, row in zip(force, self._block, strict=False):
+            for entry, acceleration in zip(row, self._x, strict=True):
+                f = f - entry * acceleration
+            self.force.append(lifted(f))
 
     def solve(self, series: PowerSeries, k: int) -> None:
         """Solve for coefficient k of the accelerations; the lower ones are known."""
-        model, of = self._model, series.coefficient
-        zero = model.graph.constant(0.0)
-
-        def without_unknown(a: Expression, b: Expression) -> Expression:
-            """Return coefficient k of the product a b without the term a_0 b_k."""
-            return series.product(a, b, k, 1) if k else zero
-
+        model, of, n = self._model, series.coefficient, self._model.count
+        if k == 0:
+            for moment, value in zip(self.moment_rates, self._moments, strict=True):
+                series.give(moment, 0, of(value, 0))
+            self._invert(series)
         # Cauchy products: the unknown b_k is multiplied by a_0 only, so all other terms go to the
         # right-hand side and the matrix is that of order 0.
-        force: list[Number] = []
-        for moment, rate in zip(self._moment, self._moment_rate, strict=True):
-            series.give(rate, k, series.change(moment, k))
-        known_moments: list[Expression] = []
-        if self._moment:
-            ahead = series.without(self._path, k)
-            known_moments = [ahead.coefficient(moment, k + 2) for moment in self._moment]
-        for r, row in enumerate(self._block):
-            total = of(self._force[r], k)
-            for entry, x in zip(row, self._x, strict=True):
-                total = total - without_unknown(entry, x)
-            if known_moments:
-                total = total - float((k + 2) * (k + 1)) * known_moments[r]
-            else:
-                total = total + over_balls(
-                    model.count, without_unknown(self._coupling[r], self._path)
-                )
-            force.append(total)
-        path_force = of(self._path_force, k)
-        for coupling, x in zip(self._coupling, self._x, strict=True):
-            path_force = path_force + without_unknown(coupling, x)
-        first: list[list[Number]] = [[of(entry, 0) for entry in row] for row in self._block]
-        couplings: list[Number] = [of(entry, 0) for entry in self._coupling]
-        arrow = Arrow(first, force, couplings, couplings, 0.0, path_force)
-        solved = solve(arrow, model.count, model.mobility)
-        for x, value in zip(self._x, solved.x, strict=True):
-            series.give(x, k, model.lifted(value))
-        series.give(self._path, k, model.lifted(solved.path))
+        ahead = series.without([*self._x, self._path], k)
+        at_zero = ahead.coefficient(self.at_zero, k)
+        force = [ahead.coefficient(f, k) for f in self.force]
+        for r, rate in enumerate(self.moment_rates.values()):
+            force[r] = force[r] - float(k + 1) * ahead.coefficient(rate, k + 1)
+        for r, coupling in enumerate(self._coupling):
+            force[r] = force[r] + over_balls(n, of(coupling, 0) * at_zero)
+        for x, row in zip(self._x, self._inverse, strict=True):
+            series.give(x, k, model.lifted(_dot(row, force)))
+        series.give(self._path, k, model.lifted(_dot(self._gain, force, at_zero)))
+
+    def _invert(self, series: PowerSeries) -> None:
+        """Invert the reduced matrix; compute how the balls' accelerations follow from forces."""
+        model, of = self._model, series.coefficient
+        block: list[list[Number]] = [[of(entry, 0) for entry in row] for row in self._block]
+        coupling: list[Number] = [of(entry, 0) for entry in self._coupling]
+        units = [[float(r == q) for q in range(len(block))] for r in range(len(block))]
+        arrows = (Arrow(block, [*unit], coupling, coupling, 0.0, 0.0) for unit in units)
+        self._inverse = [solve(arrow, model.count, model.mobility).x for arrow in arrows]
+        gain = [model.mobility(entry) for entry in coupling]
+        self._gain = [_dot(gain, row) for row in self._inverse]
+
+
+def _dot(a: Sequence[Number], b: Sequence[Number], total: Number = 0.0) -> Number:
+    """Return ``total`` plus the products of two lists."""
+    for one, other in zip(a, b, strict=True):
+        total = total + one * other
+    return total
