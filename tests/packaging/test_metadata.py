@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ElementTree.parse(ROOT / "package.xml").getroot()
 ROSDEP = {
     *("python3-hypothesis", "python3-jsonschema", "python3-matplotlib", "python3-numpy"),
-    *("python3-filelock", "python3-platformdirs", "python3-psutil"),
+    *("python3-platformdirs", "python3-psutil"),
     *("python3-pydantic", "python3-pytest", "python3-pytest-timeout", "python3-rich"),
     *("python3-scipy", "python3-typer", "python3-yaml"),
 }
