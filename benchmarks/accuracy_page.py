@@ -2,7 +2,7 @@
 
     python benchmarks/accuracy_page.py [--docs docs]
 
-Run accuracy_cost.py, peers.py with and without --avx2, step_cost.py and batch_throughput.py first.
+Run accuracy_cost.py, peers.py with and without --avx2, step_cost.py and many_runs.py first.
 """
 
 import argparse
@@ -119,18 +119,15 @@ Measured by `python benchmarks/step_cost.py` ([step-cost.json](step-cost.json));
 
 ## Many runs at once
 
-![Simulated seconds per CPU second](batch-throughput.png)
+CPU time per run [us] of {many_runs:,} runs of 6 s, from an array of ball masses to an array of the
+metric `{many_metric}`, in two threads. Errors are as above; settings are the coarsest with this
+error. Compiling is not included.
 
-`ab_sim.simulate_batch(scene, variations)` steps eight variations of a scene together in
-vector registers. Simulated seconds per CPU second, {batch_runs} runs, `rk8`. The whole call
-includes checking each scene and storing its trajectory:
+{many_table}
 
-{batch_table}
+{many_verdict}
 
-{batch_verdict} The kernel is limited by arithmetic.
-
-Measured by `python benchmarks/batch_throughput.py`
-([batch-throughput.json](batch-throughput.json)); {batch_conditions}.
+Measured by `python benchmarks/many_runs.py` ([many-runs.json](many-runs.json)); {many_conditions}.
 """
 
 
@@ -204,30 +201,25 @@ def step_part(report: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def batch_part(report: dict[str, Any]) -> dict[str, Any]:
-    """Return the throughput of batches."""
-    rows, verdicts, goal = [], [], report["goal"]
+def many_part(report: dict[str, Any]) -> dict[str, Any]:
+    """Return the comparison of many runs."""
+    times: dict[str, list[str]] = {}
     for row in report["rows"]:
-        if row["stepper"] != "rk8":
-            continue
-        each = (row[key]["median"] for key in ("one_by_one", "kernel", "whole_call"))
-        rows.append([
-            f"{1e3 * row['step']:g} ms", f"{row['error']['angle']:.1e}",
-            *(f"{value:,.0f}" for value in each),
-        ])  # fmt: skip
-    for key, what in (("kernel", "kernel"), ("whole_call", "whole call")):
-        fit = [row for row in report["rows"] if row["error"]["angle"] <= goal["error"]]
-        if not fit:
-            verdicts.append(f"no setting measured gives {goal['error']:g} rad over the run")
-            break
-        reached = max(row[key]["median"] for row in fit)
-        verdicts.append(f"at {goal['error']:g} rad the {what} reaches {reached:,.0f}")
-    head = ["step", "angle error over the run [rad]", "one by one", "kernel", "whole call"]
+        for one in row["methods"]:
+            text = f"{1e6 * one['seconds_per_run']['median']:.0f} ({one['setting']})"
+            times.setdefault(one["method"], []).append(text)
+    head = ["method", *(f"{row['error']:g} rad" for row in report["rows"])]
+    verdicts = [
+        f"at {row['error']:g} rad {row['peer']} takes {row['ratio']['median']:.2f} times as long "
+        f"as `{row['ours']}`"
+        for row in report["rows"]
+    ]
     return {
-        "batch_table": table(head, rows),
-        "batch_verdict": sentence(verdicts),
-        "batch_conditions": conditions(report),
-        "batch_runs": report["runs"],
+        "many_runs": report["runs"],
+        "many_metric": report["metric"],
+        "many_table": table(head, [[name, *cells] for name, cells in times.items()]),
+        "many_verdict": sentence(verdicts),
+        "many_conditions": conditions(report),
     }
 
 
@@ -236,8 +228,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Write the page on accuracy.")
     parser.add_argument("--docs", type=Path, default=DOCS)
     docs = parser.parse_args().docs
-    names = "accuracy-cost", "peers", "peers-avx2", "step-cost", "batch-throughput"
-    accuracy, peers, limited, steps, batches = (
+    names = "accuracy-cost", "peers", "peers-avx2", "step-cost", "many-runs"
+    accuracy, peers, limited, steps, many = (
         json.loads((docs / f"{name}.json").read_text(encoding="utf-8")) for name in names
     )
     filled = {
@@ -245,7 +237,7 @@ def main() -> None:
         **accuracy_part(accuracy),
         **peers_part(peers, limited),
         **step_part(steps),
-        **batch_part(batches),
+        **many_part(many),
     }
     (docs / "accuracy.md").write_text(TEXT.format(**filled), encoding="utf-8")
 

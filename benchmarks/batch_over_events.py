@@ -1,24 +1,18 @@
 """CPU time of runs with friction, contact or a motor: in a batch, and one by one.
 
-    python benchmarks/batch_over_events.py [--out docs] [--repeats 7] [--many RUNS]
+    python benchmarks/batch_over_events.py [--out docs] [--repeats 7]
 
 writes batch-over-events.json. "One by one": a scene, a Drive and its metrics for each run;
 "batch": the whole call of `simulate_batch` with the same metrics, those of a sweep. Both are
 measured in this process in turns, and the ratio is that of each turn. Steps are 1 ms, as in the
 scenes; values are random. Kernels are compiled beforehand. Accelerometers are left out, because
 their noise takes the same time in both.
-
-``--many`` runs that number of friction start-ups of 6 s once: two processes, half of the runs each,
-at 1 ms and at 2.5 ms; errors are against steps of 0.25 ms. Memory is that of one process.
 """
 
 import sys
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
-from resource import RUSAGE_SELF, getrusage
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,9 +32,6 @@ from ab_sim.design.sweep import DEFAULT_METRICS  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 
-PROCESSES, FRICTION = 2, "balanced-start-up"
-STEPS, REFERENCE_STEP, COMPARED, APART = (1e-3, 2.5e-3), 2.5e-4, 64, 0.03
-"""Steps [s], reference step [s], number of compared runs, and time between comparisons [s]."""
 SILENT = ["sensors="]
 Columns = dict[str, Any]
 
@@ -78,7 +69,7 @@ def limits(runs: int, random: np.random.Generator) -> Columns:
 
 
 KINDS = [
-    Kind(FRICTION, "friction, 2 balls", 512, anywhere, 5.0),
+    Kind("balanced-start-up", "friction, 2 balls", 512, anywhere, 5.0),
     Kind("thesis-hold", "friction, 2 balls", 512, anywhere, 5.0),
     Kind("weak-motor", "a motor, 2 balls", 256, limits, 2.0),
     Kind("on-edge", "friction, contact, 2 balls", 128, apart, 2.0, SILENT),
@@ -136,64 +127,15 @@ def compare(repeats: int) -> list[dict[str, Any]]:
     return rows
 
 
-def friction_scene(step: float) -> Scene:
-    """Return a friction start-up of 6 s with an integration step [s]."""
-    return load_scene(FRICTION, [f"solver.step={step}", "duration=6"])
-
-
-def error(step: float) -> float:
-    """Return the largest error in a ball's angle [rad]."""
-    columns = anywhere(COMPARED, np.random.default_rng(2))
-
-    def angles(step: float) -> np.ndarray:
-        runs = simulate_batch(friction_scene(step), columns, every=round(APART / step)).runs
-        return np.array([run.trajectory.ball_angles for run in runs])
-
-    return float(np.abs(angles(step) - angles(REFERENCE_STEP)).max())
-
-
-def part_of_many(seed: int, step: float, runs: int) -> tuple[float, int, int]:
-    """Run the share of one process; return CPU time [s], failures and peak memory [kB]."""
-    scene, columns = friction_scene(step), anywhere(runs, np.random.default_rng(seed))
-    begin = time.process_time()
-    done = batch(scene, columns)
-    spent = time.process_time() - begin
-    return spent, sum(map(bool, done.failures)), getrusage(RUSAGE_SELF).ru_maxrss
-
-
-def many(step: float, runs: int) -> dict[str, Any]:
-    """Run many runs in parallel processes, including their start."""
-    begin, share = time.perf_counter(), [runs // PROCESSES] * PROCESSES
-    with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
-        parts = list(pool.map(part_of_many, range(PROCESSES), [step] * PROCESSES, share))
-    seconds = time.perf_counter() - begin
-    spent, failures, memory = np.array(parts).T
-    return {
-        "runs": sum(share),
-        "step": step,
-        "error": error(step),
-        "processes": PROCESSES,
-        "seconds": seconds,
-        "cpu_seconds": spent.sum(),
-        "failures": int(failures.sum()),
-        "memory_mb": memory.max() / 1024,
-        "a_million_would_take": spent.sum() / PROCESSES * 1e6 / sum(share),
-    }
-
-
 def main() -> None:
     """Measure and write the file."""
-    parser = arguments("Cost of runs with events in a batch.", 7)
-    parser.add_argument("--many", type=int, metavar="RUNS", help="run so many start-ups, too")
-    asked = parser.parse_args()
+    asked = arguments("Cost of runs with events in a batch.", 7).parse_args()
     report: dict[str, Any] = {
         **conditions(),
         "metrics": DEFAULT_METRICS,
         "repeats": asked.repeats,
         "rows": compare(asked.repeats),
     }
-    if asked.many:
-        report["many"] = [many(step, asked.many) for step in STEPS]
     write_json(report, str(asked.out / "batch-over-events.json"))
     console = Console(markup=False, highlight=False, soft_wrap=True)
     for row in report["rows"]:
@@ -204,13 +146,6 @@ def main() -> None:
             f"{1e3 * row['batch']['median']:.2f} ms in a batch, of which the kernel "
             f"{1e3 * row['kernel']['median']:.2f}; {ratio['median']:.2f} times as many "
             f"({ratio['lower']:.2f} to {ratio['upper']:.2f}; goal: {row['goal']:g})"
-        )
-    for each in report.get("many", []):
-        console.print(
-            f"{each['runs']:,} friction start-ups of 6 s at {1e3 * each['step']:g} ms, error "
-            f"{each['error']:.1e} rad: {each['seconds']:.0f} s in {PROCESSES} processes, "
-            f"{each['cpu_seconds']:.0f} CPU s, {each['memory_mb']:.0f} MB; a million would take "
-            f"{each['a_million_would_take'] / 60:.1f} min of CPU time in each"
         )
 
 

@@ -1,19 +1,12 @@
-"""Benefit of Taylor's method in batches, for the thesis' drive and for all smooth effects.
+"""Benefit of Taylor's method in batches for all smooth effects.
 
-    apt install g++
-    python benchmarks/taylor_batches.py [--avx2] [--out docs] [--scenes 6] [--repeats 9]
+    python benchmarks/taylor_batches.py [--out docs] [--scenes 6] [--repeats 9]
 
-writes taylor-batches.json; limited to AVX2, taylor-batches-avx2.json. Eight parallel runs differ in
-the balls' mass, with samples every 5 ms. Times are CPU times of the compiled code, with all
-settings of a scene in turns.
-
-``at``: the thesis' start-up with a hold, without friction, compared with the same method written by
-hand in C++, as in peers.py; times are interpolated at an error.
-
-``rows``: random scenes of both plants with every effect without events. Errors in a ball's angle
-are against rk8 at 0.05 ms. Rows have the time of Taylor's method [us per simulated second], and the
-ratio of the time of the fastest rk8, over a ladder of steps, with no larger error; medians over
-repeats.
+writes taylor-batches.json. Eight parallel runs differ in the balls' mass, with samples every 5 ms.
+Times are CPU times of the compiled code, with all settings of a scene in turns. The scenes are
+random, of both plants, with every effect without events. Errors in a ball's angle are against rk8
+at 0.05 ms. Rows have the time of Taylor's method [us per simulated second], and the ratio of the
+time of the fastest rk8, over a ladder of steps, with no larger error; medians over repeats.
 """
 
 import sys
@@ -26,9 +19,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
-from beside import expert_peer, ours, width  # noqa: E402
-from beside.case import BatchCase  # noqa: E402
-from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
+from beside import width  # noqa: E402
 
 from ab_sim.analysis.effect_cost import conditions  # noqa: E402
 from ab_sim.base.errors import SceneError  # noqa: E402
@@ -38,8 +29,6 @@ from ab_sim.scene import Scene  # noqa: E402
 from ab_sim.scene.load import changed_scene  # noqa: E402
 from tests.integrate.random_scenes import PLANTS, scene_at_random  # noqa: E402
 
-WANTED = (1e-6, 1e-9, 1e-12)
-"""Errors in ball angle, the largest over the run [rad]."""
 EVERY, FINE = 0.005, 5e-5
 TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
 LADDER = (0.005, 0.0025, 0.00125, 0.000625, 0.0003125)
@@ -121,19 +110,6 @@ def measure(what: str, scene: Scene, repeats: int) -> list[dict[str, Any]]:
     return rows
 
 
-def beside_peer(repeats: int) -> dict[str, Any]:
-    """Measure the thesis' drive with the package's steppers and in C++."""
-    case = BatchCase()
-    families = [*ours.batch_families(case), *expert_peer.batch_families(case)]
-    found, left_out = candidates(families, print)
-    take_turns(found, repeats)
-    at = [compare(found, e, lambda m: m.endswith(ours.KERNEL), 1.0, not left_out) for e in WANTED]
-    for result in at:
-        print(verdict(result))
-    rows = [row for row in reports(found) if row["on_front"]]
-    return {"at": at, "front": rows, "left_out": [each._asdict() for each in left_out]}
-
-
 def scenes(count: int) -> Iterator[tuple[str, Scene]]:
     """Yield the scenes by name."""
     for plant in PLANTS:
@@ -146,20 +122,13 @@ def main() -> None:
     """Measure and write the file."""
     parser = arguments("Taylor's method in batches.", 9)
     parser.add_argument("--scenes", type=int, default=6, help="at random of each plant")
-    parser.add_argument("--avx2", action="store_true", help="with vectors of AVX2, not AVX-512")
     asked, rows = parser.parse_args(), []
-    if asked.avx2:
-        width.limit()
-    beside = beside_peer(asked.repeats)
     for what, scene in scenes(asked.scenes):
         rows += measure(what, scene, asked.repeats)
         for row in rows[-len(TOLERANCES) :]:
             print({k: f"{v:.3g}" if isinstance(v, float) else v for k, v in row.items()})
     where = {**conditions(), "vectors": width.vectors(), "repeats": asked.repeats}
-    where["versions"].update(expert_peer.versions())
-    report = {**where, **beside, "rows": rows}
-    name = "taylor-batches-avx2" if asked.avx2 else "taylor-batches"
-    write_json(report, str(asked.out / f"{name}.json"))
+    write_json({**where, "rows": rows}, str(asked.out / "taylor-batches.json"))
 
 
 if __name__ == "__main__":

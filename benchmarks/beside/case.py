@@ -91,8 +91,7 @@ def equal_balls(scene: Scene) -> EqualBall:
     m, a = scene.balls.masses[0], scene.balls.radii[0]
     effects = tuple(scene.effects.values())
     inertia, drag = (
-        float(over_effects(effects, of_ball, 0.0, Ball(m, a)))
-        for of_ball in ("ball_inertia", "ball_drag")
+        over_effects(effects, of_ball, 0.0, Ball(m, a)) for of_ball in ("ball_inertia", "ball_drag")
     )
     return EqualBall(m, a, m + inertia, (m * scene.race.radius - inertia * a) / (m + inertia), drag)
 
