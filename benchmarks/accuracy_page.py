@@ -119,9 +119,8 @@ Measured by `python benchmarks/step_cost.py` ([step-cost.json](step-cost.json));
 
 ## Many runs at once
 
-CPU time per run [us] of {many_runs:,} runs of 6 s, from an array of ball masses to an array of the
-metric `{many_metric}`, in two threads. Errors are as above; settings are the coarsest with this
-error. Compiling is not included.
+CPU time per run [us] of {many_runs:,} runs of 6 s in two threads, from ball masses to
+`{many_metric}`. Settings are the coarsest with an error. Compiling is not included.
 
 {many_table}
 
@@ -205,7 +204,7 @@ def many_part(report: dict[str, Any]) -> dict[str, Any]:
     """Return the comparison of many runs."""
     times: dict[str, list[str]] = {}
     for row in report["rows"]:
-        for one in row["methods"]:
+        for one in sorted(row["methods"], key=lambda x: x["seconds_per_run"]["median"]):
             text = f"{1e6 * one['seconds_per_run']['median']:.0f} ({one['setting']})"
             times.setdefault(one["method"], []).append(text)
     head = ["method", *(f"{row['error']:g} rad" for row in report["rows"])]

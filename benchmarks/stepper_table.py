@@ -119,7 +119,7 @@ def cells(row: dict[str, Any]) -> list[str]:
     again = [
         f"{1e3 * row[key]['again']:.2g}" if key in row else "" for key in map("{:g}".format, ERRORS)
     ]
-    batch = f"{row['batch']:.2g}" if "batch" in row else ""
+    batch = f"{row['batch']:.3g}" if "batch" in row else ""
     return [row["scene"], f"`{row['stepper']}`", f"{row['first']:.2f}", *again, batch]
 
 
