@@ -16,6 +16,7 @@ from ab_sim.tracing.expression import (
     Graph,
     Level,
     across,
+    fma,
     is_constant,
     lifted,
     reachable_nodes,
@@ -159,8 +160,17 @@ class PowerSeries:
 
         This is the Cauchy product, sum over i of a_i b_(k-i).
         """
-        of = self.coefficient
-        return _chain(a.graph, [(False, of(a, i), of(b, k - i)) for i in range(first, k + 1)])
+        return _chain(a.graph, [self._pair(False, a, i, b, k - i) for i in range(first, k + 1)])
+
+    def _pair(self, minus: bool, a: Expression, i: int, b: Expression, j: int) -> "_Addend":
+        """Return the addend a_i b_j, ranked by the order of what is computed last."""
+        moving = [(n, x.op != "input") for n, x in ((i, a), (j, b)) if x.level == Level.STATE]
+        return _Addend(
+            (True, *max(moving, default=(0, False))),
+            minus,
+            self.coefficient(a, i),
+            self.coefficient(b, j),
+        )
 
     def change(self, x: Expression, k: int) -> Expression:
         """Return coefficient k of the node's rate of change."""
@@ -210,9 +220,9 @@ class PowerSeries:
             else:
                 # Each group has the sign of its first term, so that groups with opposite signs
                 # share their sums.
-                minus = terms[0].minus
-                part = _chain(x.graph, self._addends(terms, minus, k))
-                addends.append((minus, factor, part))
+                minus, inner = terms[0].minus, self._addends(terms, terms[0].minus, k)
+                rank = (True, *max(addend.rank[1:] for addend in inner))
+                addends.append(_Addend(rank, minus, factor, _chain(x.graph, inner)))
         return _chain(x.graph, addends) * scale
 
     def _addends(self, terms: Iterable[_Term], opposite: bool, k: int) -> "list[_Addend]":
@@ -222,15 +232,19 @@ class PowerSeries:
             minus, a, b = term.minus != opposite, term.parts[0], term.parts[-1]
             one, two = (lifted(a.graph, value) for value in (1.0, 2.0))
             if len(term.parts) == 1:
-                addends.append((minus, one, of(a, k)))
+                state = a.level == Level.STATE
+                rank = (False, k * state, state and a.op != "input")
+                addends.append(_Addend(rank, minus, one, of(a, k)))
             elif a is b:
                 # A square takes half the products.
-                twice = [(False, of(a, i), of(a, k - i)) for i in range((k + 1) // 2)]
-                addends.append((minus, two, _chain(a.graph, twice)))
+                twice = [self._pair(False, a, i, a, k - i) for i in range((k + 1) // 2)]
+                state = a.level == Level.STATE
+                rank = (True, k * state, state)
+                addends.append(_Addend(rank, minus, two, _chain(a.graph, twice)))
                 if k % 2 == 0:
-                    addends.append((minus, of(a, k // 2), of(a, k // 2)))
+                    addends.append(self._pair(minus, a, k // 2, a, k // 2))
             else:
-                addends += [(minus, of(a, i), of(b, k - i)) for i in range(k + 1)]
+                addends += [self._pair(minus, a, i, b, k - i) for i in range(k + 1)]
         return addends
 
     def _derived(self, x: Expression, k: int) -> Expression:
@@ -259,8 +273,19 @@ class PowerSeries:
 
 _SUMS = ("add", "sub", "neg", "mul", "fma")
 """Operations whose coefficients are sums of products."""
-_Addend = tuple[bool, Expression, Expression]
-"""Product of two numbers to add, or to subtract if the first entry is true."""
+
+
+class _Addend(NamedTuple):
+    """Product of two numbers in a sum."""
+
+    rank: tuple[bool, int, bool]
+    """Rank in the sum: false for a number without a factor; order of the coefficient that is
+    computed last; true if that is not a state. It does not depend on the law of the speed, so that
+    runs along different laws have equal bits while the laws are equal."""
+    minus: bool
+    """True to subtract the product."""
+    a: Expression
+    b: Expression
 
 
 def _chain(graph: Graph, addends: Iterable[_Addend]) -> Expression:
@@ -270,23 +295,26 @@ def _chain(graph: Graph, addends: Iterable[_Addend]) -> Expression:
     possible. Numbers without a factor come first: they take no operation.
     """
     total = graph.constant(0.0)
-    for minus, a, b in sorted(addends, key=_lateness):
-        total = total - a * b if minus else total + a * b
+    for _, minus, a, b in sorted(addends, key=lambda addend: addend.rank):
+        if is_constant(a, 1.0) or is_constant(total, 0.0) or (a * b).level <= Level.PARAMETER:
+            total = total - a * b if minus else total + a * b
+        else:
+            # All products but the first are fused, so that a product of 0 changes no rounding.
+            total = fma(-a if minus else a, b, total)
     return total
 
 
-def _lateness(addend: _Addend) -> tuple[bool, int]:
-    """Return the rank of an addend in a sum."""
-    _, a, b = addend
-    return not is_constant(a, 1.0), max(a.depth, b.depth)
-
-
 def _split(minus: bool, factor: Expression, x: Expression) -> tuple[bool, Expression, Expression]:
-    """Move a node's sign and the factors that are known before a run out of it."""
+    """Move a node's sign, and the factors of a state that are known before a run, out of it.
+
+    Products of numbers that depend on time only stay whole: the law of the speed must not change
+    the order of operations.
+    """
     while x.level > Level.PARAMETER:
+        is_scaled = x.op == "mul" and min(arg.level for arg in x.args) <= Level.PARAMETER
         if x.op == "neg":
             minus, x = not minus, x.args[0]
-        elif x.op == "mul" and min(arg.level for arg in x.args) <= Level.PARAMETER:
+        elif is_scaled and x.level == Level.STATE:
             number, x = sorted(x.args, key=lambda arg: arg.level)
             factor = factor * number
         else:

@@ -93,8 +93,6 @@ class Graph:
             node.graph, node.op, node.args = self, op, args
             node.level, node.each, node.payload = level, per_ball, payload
             node.number = len(self._nodes)
-            chain = max((arg.depth for arg in args), default=0)
-            node.depth = 0 if level <= Level.PARAMETER else chain + (op not in ("input", "neg"))
             self._nodes[op, key] = node
         return node
 
@@ -106,13 +104,11 @@ class Expression:
     one object.
     """
 
-    __slots__ = ("args", "depth", "each", "graph", "level", "number", "op", "payload")
+    __slots__ = ("args", "each", "graph", "level", "number", "op", "payload")
 
     graph: Graph
     op: str
     args: "tuple[Expression, ...]"
-    depth: int
-    """Length of the longest chain of operations, without those that are known before a run."""
     each: bool
     """True if the node stands for one number per ball."""
     level: Level
