@@ -69,7 +69,14 @@ class Fleet:
             domain_id=domain,
             signal_handler_options=SignalHandlerOptions.NO,
         )
-        self.node = rclpy.create_node("watcher", context=self._context)
+        # Services of the watcher would cost time in each wait, and in each node's discovery.
+        self.node = rclpy.create_node(
+            "watcher",
+            context=self._context,
+            enable_rosout=False,
+            start_parameter_services=False,
+            parameter_overrides=[Parameter("start_type_description_service", value=False)],
+        )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.publishers: dict[str, Any] = {}
