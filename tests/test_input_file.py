@@ -18,7 +18,8 @@ from ab_sim.design.sweep import open_sweep
 from ab_sim.design.tolerances import fitted_tolerances
 from ab_sim.drive.snapshot_file import read_content
 from ab_sim.identification.tables import read_table
-from ab_sim.record.bags import Bag, repair_bag
+from ab_sim.record.bags.reader import Bag
+from ab_sim.record.bags.repair import repair_bag
 from ab_sim.record.recording import open_recording
 from ab_sim.scene import load_scene
 

@@ -198,7 +198,9 @@ def imported_together(name: str) -> set[str]:
     ("module", "slow"),
     [
         ("ab_sim.cli.identify", {"rerun", "rosbags"}),  # for tables of numbers
+        ("ab_sim.cli.replay", {"rerun", "matplotlib", "plotly"}),
         ("ab_sim.cli.run", {"rerun", "rosbags", "scipy", "matplotlib", "plotly"}),
+        ("ab_sim.nodes.bag_replay", {"rerun", "matplotlib", "plotly"}),
         ("ab_sim.nodes.drive_sim", {"rerun", "rosbags", "matplotlib", "plotly"}),
         ("ab_sim.nodes.recorder", {"rosbags", "matplotlib", "plotly"}),  # without a bag
     ],

@@ -1,8 +1,6 @@
-"""Commands that convert recordings and bags: `ab-sim export`, `import`, `replay` and `repair`."""
+"""Commands that convert between recordings and bags: `ab-sim export` and `import`."""
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,18 +13,18 @@ from ab_sim.base.files import (
     check_folder,
     check_writable,
 )
-from ab_sim.base.presentation import CountProgress, Progress
-from ab_sim.cli.checks import check_positive, require_ros
+from ab_sim.base.presentation import Progress
+from ab_sim.cli.checks import check_positive
 from ab_sim.cli.outputs import people, print_written, results
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.recording_commands import (
     ExportOptions,
     ImportOptions,
-    RepairOptions,
-    ReplayOptions,
 )
 from ab_sim.cli.runner import Command, Outcome
-from ab_sim.record.bags import STATE_RATE, Bag, export_bag, import_bag, repair_bag
+from ab_sim.record.bags.exporting import STATE_RATE, export_bag
+from ab_sim.record.bags.importing import import_bag
+from ab_sim.record.bags.reader import Bag
 from ab_sim.record.recording import StoredRun, open_recording
 from ab_sim.record.recording import export as formats
 
@@ -166,46 +164,3 @@ def import_command(options: ImportOptions) -> None:
     )
     results.print(f"{import_result.rows} samples{missing}")
     print_written(import_result.files)
-
-
-def repair_command(options: RepairOptions) -> None:
-    """Repair a bag in place.
-
-    Raises
-    ------
-    RecordingError
-        See `repair_bag`.
-    """
-    bag = options.bag
-    with progress_bar(bag.name) as update:
-        repaired = repair_bag(bag, lambda done, of: update("messages", done, of))
-    if repaired is None:
-        results.print(f"{bag} is complete: there is nothing to repair")
-        return
-    lost = f"; {repaired.lost} bytes of an incomplete message are lost" if repaired.lost else ""
-    results.print(f"{repaired.messages} messages{lost}")
-    print_written([bag])
-
-
-def replay_command(options: ReplayOptions) -> None:
-    """Publish a bag again, and exit the process at its end.
-
-    Raises
-    ------
-    InputError
-        ROS 2 is missing, or the rate is invalid.
-    RecordingError
-        The bag cannot be read.
-    """
-    check_positive("--rate", options.rate, "playback speed factor")
-    require_ros("to replay")
-    from ab_sim.nodes.bag_replay import replay
-
-    bag = options.bag
-    replay(bag, options.namespace, options.rate, options.start_paused, lambda: _seconds_of(bag))
-
-
-@contextmanager
-def _seconds_of(bag: Path) -> Iterator[CountProgress]:
-    with progress_bar(bag.name) as update:
-        yield lambda done, of: update("s", done, of)

@@ -256,7 +256,7 @@ class ImportOptions(NamedTuple):
     namespace: Namespace = None
 
 
-@nodes_and_bags.declare("ab_sim.cli.bags:replay_command")
+@nodes_and_bags.declare("ab_sim.cli.replay:replay_command")
 class ReplayOptions(NamedTuple):
     """Publish a ROS 2 bag again, with its timing and QoS.
 
@@ -277,7 +277,7 @@ class ReplayOptions(NamedTuple):
     start_paused: Annotated[bool, Option("--start-paused")] = False
 
 
-@nodes_and_bags.declare("ab_sim.cli.bags:repair_command")
+@nodes_and_bags.declare("ab_sim.cli.replay:repair_command")
 class RepairOptions(NamedTuple):
     """Repair a ROS 2 bag whose recorder was killed, in place.
 

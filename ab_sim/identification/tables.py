@@ -317,7 +317,7 @@ def _of_recording(path: Path, name: str) -> Table:
 
 def _of_bag(path: Path, rows_of: str | None) -> Table:
     """Convert a ROS bag of a single run to a temporary recording, and return that as a table."""
-    from ab_sim.record.bags import import_bag  # rosbags and Rerun take 0.7 s to import
+    from ab_sim.record.bags.importing import import_bag  # rosbags and Rerun take 0.7 s to import
 
     with tempfile.TemporaryDirectory(prefix="ab_sim_") as folder:
         import_result = import_bag(path, Path(folder) / "bag.rrd", rows_of=rows_of)

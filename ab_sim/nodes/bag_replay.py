@@ -21,9 +21,8 @@ from ab_sim.base.errors import InputError, Interrupted
 from ab_sim.base.presentation import CountProgress
 from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.process import run_node
-from ab_sim.record.bags import Bag
 from ab_sim.record.bags.contract import topic_by_name
-from ab_sim.record.bags.importing import choose_namespace
+from ab_sim.record.bags.reader import Bag, choose_namespace
 
 _DISCOVERY = 1.0
 """Time before the first message for the discovery of subscribers [s]."""

@@ -47,8 +47,8 @@ class BagRecorder:
 
     def __init__(self, node: Node, path: Path, length: int) -> None:
         # A recorder without a bag starts sooner without rosbags, which takes 0.2 s to import.
-        from ab_sim.record.bags import BagWriter
         from ab_sim.record.bags.contract import offered_qos
+        from ab_sim.record.bags.writer import BagWriter
 
         self.bag = BagWriter(_free(path))
         recorded = [topic for topic in topics.ALL if topic.type is not None]

@@ -10,8 +10,9 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ab_msgs_py import Block, topics
-from ab_sim.record.bags import BagWriter, export_bag
 from ab_sim.record.bags.contract import encoded, offered_qos, topic_by_name
+from ab_sim.record.bags.exporting import export_bag
+from ab_sim.record.bags.writer import BagWriter
 from ab_sim.record.recording import Recording, open_recording
 from tests.recorded import RecordedRun, read_recording
 

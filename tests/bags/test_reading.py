@@ -15,8 +15,10 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from ab_msgs_py import JointSample, VibrationSample
 from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, JOINT_STATES, PROFILE_STATUS, VIBRATION
 from ab_sim.base.errors import AbSimError, InputError, RecordingError
-from ab_sim.record.bags import Bag, BagWriter, import_bag
 from ab_sim.record.bags.contract import TYPES, encoded, offered_qos
+from ab_sim.record.bags.importing import import_bag
+from ab_sim.record.bags.reader import Bag
+from ab_sim.record.bags.writer import BagWriter
 from tests.bags.made import bag_of, block_of, export_of
 from tests.recorded import read_recording
 from tests.recording.runs import describe, run

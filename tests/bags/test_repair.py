@@ -18,8 +18,11 @@ from rosbags.typesys import Stores, get_typestore
 
 from ab_msgs_py.topics import BLOCK, DESCRIPTION
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.bags import Bag, BagWriter, import_bag, repair_bag
 from ab_sim.record.bags.contract import encoded, offered_qos
+from ab_sim.record.bags.importing import import_bag
+from ab_sim.record.bags.reader import Bag
+from ab_sim.record.bags.repair import repair_bag
+from ab_sim.record.bags.writer import BagWriter
 from tests.bags.made import bag_of, block_of
 from tests.cli.tool import ab_sim
 from tests.recorded import read_recording

@@ -17,7 +17,9 @@ from mcap_ros2.decoder import DecoderFactory
 
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
-from ab_sim.record.bags import Bag, export_bag, import_bag
+from ab_sim.record.bags.exporting import export_bag
+from ab_sim.record.bags.importing import import_bag
+from ab_sim.record.bags.reader import Bag
 from ab_sim.record.recording import LEFT_OUT, Recording, open_recording
 from ab_sim.scene import load_scene
 from tests.bags.made import export_of
@@ -112,7 +114,8 @@ def test_a_long_one_with_many_balls(tmp_path: Path) -> None:
 
 def test_files_need_no_ros() -> None:
     ros = "[m for m in ('rclpy', 'std_msgs') if m in sys.modules]"
-    code = f"import sys, ab_sim.record.bags; print({ros})"
+    modules = ", ".join(f"ab_sim.record.bags.{name}" for name in ("exporting", "importing"))
+    code = f"import sys, {modules}; print({ros})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
 

@@ -10,9 +10,9 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from ab_msgs_py.topics import BLOCK
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.bags import Bag, repair_bag
 from ab_sim.record.bags.contract import TYPES
-from ab_sim.record.bags.reader import MOST_CHUNK
+from ab_sim.record.bags.reader import MOST_CHUNK, Bag
+from ab_sim.record.bags.repair import repair_bag
 
 MODES = {
     CompressionMode.STORAGE: r"chunk unpacks to \d+ bytes; .* 67108864",

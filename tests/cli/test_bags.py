@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from ab_sim.base.errors import InputError, RecordingError
-from ab_sim.cli.bags import export_command, import_command, replay_command
+from ab_sim.cli.bags import export_command, import_command
 from ab_sim.cli.recording_commands import ExportOptions, ImportOptions, ReplayOptions
+from ab_sim.cli.replay import replay_command
 from tests.bags.made import export_of
 from tests.cli.tool import ab_sim
 from tests.recorded import read_recording

@@ -18,7 +18,7 @@ from ab_sim.identification.files import measured_of
 from ab_sim.identification.mapping import mapping_of, read_mapping_file
 from ab_sim.identification.measured import NUISANCES
 from ab_sim.identification.tables import read_table
-from ab_sim.record.bags import export_bag
+from ab_sim.record.bags.exporting import export_bag
 from ab_sim.record.recording.export import CSV, PARQUET, Part, export
 from tests.cli.tool import ab_sim as command
 from tests.identification import drives

@@ -17,8 +17,9 @@ from ab_msgs_py import Conversion, Topic, topics
 from ab_msgs_py.samples import axes, header
 from ab_sim.drive import Drive, published
 from ab_sim.drive.description import describe
-from ab_sim.record.bags import Bag, export_bag
 from ab_sim.record.bags.contract import decoded
+from ab_sim.record.bags.exporting import export_bag
+from ab_sim.record.bags.reader import Bag
 from ab_sim.record.recording import Recording, open_recording
 from ab_sim.scene import load_scene
 from tests.recorded import read_recording

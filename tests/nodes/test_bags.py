@@ -12,8 +12,9 @@ from rosbags.rosbag2 import Reader
 
 from ab_msgs_py import Block, topics
 from ab_sim.base.errors import RecordingError
-from ab_sim.record.bags import Bag, import_bag
 from ab_sim.record.bags.contract import decoded
+from ab_sim.record.bags.importing import import_bag
+from ab_sim.record.bags.reader import Bag
 from tests.nodes.fleet import Fleet, Process
 from tests.recorded import read_recording
 

@@ -9,7 +9,7 @@ import pytest
 from ab_msgs_py import Block, ImuSample, JointSample, Level, VibrationSample, topics
 from ab_msgs_py.samples import faults_of
 from ab_msgs_py.services import Answer, Stepped
-from ab_sim.record.bags import import_bag
+from ab_sim.record.bags.importing import import_bag
 from tests.nodes.fleet import Fleet
 from tests.recorded import read_recording
 

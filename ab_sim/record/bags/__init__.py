@@ -10,20 +10,3 @@ summary, and no counts in ``metadata.yaml``: `Bag` reads it up to the last compl
 ``complete`` to False. Other programs can also read it, unless the writer was killed during a write.
 `repair_bag` adds what is missing.
 """
-
-from ab_sim.record.bags.exporting import STATE_RATE, export_bag
-from ab_sim.record.bags.importing import ImportedBag, import_bag
-from ab_sim.record.bags.reader import Bag
-from ab_sim.record.bags.repair import BagRepair, repair_bag
-from ab_sim.record.bags.writer import BagWriter
-
-__all__ = [
-    "STATE_RATE",
-    "Bag",
-    "BagWriter",
-    "ImportedBag",
-    "BagRepair",
-    "export_bag",
-    "import_bag",
-    "repair_bag",
-]

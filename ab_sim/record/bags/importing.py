@@ -13,13 +13,13 @@ import numpy as np
 from ab_msgs_py import Block, Health, Level, Topic, topics
 from ab_msgs_py.samples import Event
 from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
-from ab_sim.base.errors import InputError, RecordingError
+from ab_sim.base.errors import RecordingError
 from ab_sim.base.presentation import CountProgress
 from ab_sim.base.sample_columns import STEP, TIME
 from ab_sim.record.bags import contract
 from ab_sim.record.bags.contract import DECIMATED, NOTE, NUMBER, IgnoredMessages, decoded
 from ab_sim.record.bags.foreign_bag import ForeignBag
-from ab_sim.record.bags.reader import Bag, Message
+from ab_sim.record.bags.reader import Bag, Message, choose_namespace
 from ab_sim.record.recording import Recording, drawable
 
 _LEFT_OUT = contract.DECIMATED_CHANNELS.index("left_out")
@@ -292,42 +292,6 @@ def import_bag(
                 )
             return ImportedBag(log.files, log.rows, log.missing, log.ignored, bag.complete, [])
         return _import_foreign(ForeignBag(bag, prefix, kinds, rows_of), bag, out)
-
-
-def choose_namespace(bag: Bag, wanted: str | None) -> str:
-    """Return the namespace of the drive to import.
-
-    Raises
-    ------
-    InputError
-        The namespace does not exist, or none was given and there are several.
-    RecordingError
-        The bag has no drive.
-    """
-    there = contract.drive_namespaces((name, topic.type) for name, topic in bag.topics.items())
-    if wanted is None and len(there) == 1:
-        return there[0]
-    if wanted is not None and (named := "/" + wanted.strip("/")) in there:
-        return named
-    if not there:
-        raise RecordingError(
-            f"{bag.path} has no topics of a drive: none of "
-            + ", ".join(f"{kind.name} ({kind.type_name})" for kind in contract.OF_A_DRIVE)
-            + f", in any namespace; it has {_listed(bag)}"
-        )
-    if wanted is None:
-        raise InputError(
-            f"{bag.path} has several drives; choose one with --namespace: {', '.join(there)}"
-        )
-    raise InputError(
-        f"--namespace {wanted}: {bag.path} has no drive there; it has drives in {', '.join(there)}"
-    )
-
-
-def _listed(bag: Bag) -> str:
-    """Return the first 20 topics of a bag with their types, for a message."""
-    there = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
-    return ", ".join(there[:20] + ["..."] * (len(there) > 20)) or "no topics at all"
 
 
 def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:

@@ -16,9 +16,10 @@ from rosbags.rosbag2 import reader as rosbag2_reader
 from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 
-from ab_sim.base.errors import RecordingError, shortened
+from ab_sim.base.errors import InputError, RecordingError, shortened
 from ab_sim.base.files import check_regular
 from ab_sim.base.yaml_files import read_yaml_file
+from ab_sim.record.bags import contract
 from ab_sim.record.bags.unfinished_bag import MAGIC, METADATA, CompletedFile, is_finished
 
 if sys.version_info >= (3, 14):
@@ -263,3 +264,39 @@ class Bag:
             )
         self.complete = False
         return files[0]
+
+
+def choose_namespace(bag: Bag, wanted: str | None) -> str:
+    """Return the namespace of the drive to import.
+
+    Raises
+    ------
+    InputError
+        The namespace does not exist, or none was given and there are several.
+    RecordingError
+        The bag has no drive.
+    """
+    there = contract.drive_namespaces((name, topic.type) for name, topic in bag.topics.items())
+    if wanted is None and len(there) == 1:
+        return there[0]
+    if wanted is not None and (named := "/" + wanted.strip("/")) in there:
+        return named
+    if not there:
+        raise RecordingError(
+            f"{bag.path} has no topics of a drive: none of "
+            + ", ".join(f"{kind.name} ({kind.type_name})" for kind in contract.OF_A_DRIVE)
+            + f", in any namespace; it has {_listed(bag)}"
+        )
+    if wanted is None:
+        raise InputError(
+            f"{bag.path} has several drives; choose one with --namespace: {', '.join(there)}"
+        )
+    raise InputError(
+        f"--namespace {wanted}: {bag.path} has no drive there; it has drives in {', '.join(there)}"
+    )
+
+
+def _listed(bag: Bag) -> str:
+    """Return the first 20 topics of a bag with their types, for a message."""
+    there = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
+    return ", ".join(there[:20] + ["..."] * (len(there) > 20)) or "no topics at all"
