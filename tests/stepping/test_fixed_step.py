@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.sample_columns import ANGLE, COMMAND, STEP, TIME
 from ab_sim.drive.steps import StepPlan
 from ab_sim.engine.compiling import compiled
 from ab_sim.engine.events.run import Run
@@ -14,16 +15,7 @@ from ab_sim.engine.integrate.steppers.rk8 import RK8
 from ab_sim.engine.kernels.code import code_of
 from ab_sim.engine.stepping.advance import advance
 from ab_sim.engine.stepping.assemble import run_of
-from ab_sim.engine.stepping.fixed_step import (
-    ANGLE,
-    COMMAND,
-    DRIFT,
-    STEP,
-    TIME,
-    FixedSteps,
-    normalise,
-    take_out_turns,
-)
+from ab_sim.engine.stepping.fixed_step import DRIFT, FixedSteps, normalise, take_out_turns
 from ab_sim.model.dynamics.assemble import (
     MOST_ANGLE,
     start_discrete_state,
