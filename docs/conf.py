@@ -23,6 +23,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "from_code",  # in docs/extensions, as the next
     "mathml",
+    "narrow",
     "source_links",
 ]
 exclude_patterns = ["_build", "gallery/examples"]
@@ -35,6 +36,7 @@ myst_fence_as_directive = ["math"]  # as GitHub has it
 myst_heading_anchors = 4  # links to headings are those that GitHub makes
 myst_url_schemes = {"http": None, "https": None, "mailto": None}
 
+default_role = "code"  # of `name` in docstrings
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 
@@ -66,11 +68,25 @@ html_show_search_summary = False  # a page that is a file may not read others
 html_show_sphinx = False
 
 
-def _bars(app: Any, what: str, name: str, it: Any, options: Any, lines: list[str]) -> None:
-    """Docstrings write |u|, which reStructuredText takes for the name of something else."""
-    lines[:] = [re.sub(r"(?<!`)\|(?=\S)([^|`]*)(?<=\S)\|", r"\\|\1\\|", line) for line in lines]
+def _docstring(app: Any, what: str, name: str, it: Any, options: Any, lines: list[str]) -> None:
+    """Escape |u|, which reStructuredText takes for a substitution; link names of pages."""
+    bars = [re.sub(r"(?<!`)\|(?=\S)([^|`]*)(?<=\S)\|", r"\\|\1\\|", line) for line in lines]
+    page = re.compile(r"(?<![\w/`])docs/([\w/-]+)\.md")
+    lines[:] = [page.sub(r":doc:`docs/\1.md </\1>`", line) for line in bars]
+
+
+def _of_pydantic(app: Any, what: str, name: str, it: Any, skip: bool, options: Any) -> bool | None:
+    return True if name == "model_config" else None
+
+
+def _no_validators(app: Any, what: str, name: str, *signature: Any) -> None:
+    """Drop the types of a scene's fields: they are validators, and reference/scene.md has them."""
+    if name == "ab_sim.Scene":
+        app.env.current_document.autodoc_annotations.pop(name, None)
 
 
 def setup(app: Any) -> None:
     """As Sphinx calls it."""
-    app.connect("autodoc-process-docstring", _bars)
+    app.connect("autodoc-process-docstring", _docstring)
+    app.connect("autodoc-skip-member", _of_pydantic)
+    app.connect("autodoc-process-signature", _no_validators, priority=600)  # after autodoc's own

@@ -14,6 +14,6 @@ run = ab_sim.simulate(scene)
 figure = run.plot(ab_sim.compare_run(run))
 
 # %%
-# What there is to say of a run in a few numbers:
+# The main numbers of the run:
 
 run
