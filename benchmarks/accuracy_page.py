@@ -167,14 +167,16 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
 def cheapest(report: dict[str, Any]) -> str:
     """Return a sentence with the cheapest setting at some errors."""
     ours = [row for row in report["rows"] if row["errors"] and not row["peer"]]
-    texts = []
+    limits: dict[str, list[str]] = {}
     for limit in (1e-3, 1e-6, 1e-9):
         fit = [row for row in ours if row["errors"]["angle"]["value"] <= limit]
         row = min(fit, key=lambda row: row["cpu"]["median"])
-        texts.append(
-            f"below {limit:g} rad: {row['method']} with {1e3 * row['step']:g} ms "
+        setting = (
+            f"{row['method']} with {1e3 * row['step']:g} ms "
             f"({1e3 * row['cpu']['median']:.3g} CPU ms per simulated second)"
         )
+        limits.setdefault(setting, []).append(f"{limit:g} rad")
+    texts = [f"below {', '.join(errors)}: {setting}" for setting, errors in limits.items()]
     return f"Cheapest {'; '.join(texts)}."
 
 
