@@ -10,15 +10,19 @@ from sphinx.application import Sphinx
 
 _NAMES = re.compile(r"<(td|h[1-4])\b.*?</\1>", re.DOTALL)
 _TEXT = re.compile(r">[^<]+")
-_BREAK = re.compile(r"(?<=[a-z\d][./_])(?=[a-z])", re.IGNORECASE)
+_LONG = re.compile(r"[\w./,=|]{13,}")
+_BREAK = re.compile(r"(?<=[a-z\d][./_,=|])(?<!\bab_)(?=[a-z])", re.IGNORECASE)
 _LINK_OR_PICTURE = re.compile(r'<a\b.*?</a>|<img\b[^>]*?src="([^"]+)"[^>]*>', re.DOTALL)
 
 
 def breakable(body: str) -> str:
-    """Let names in table cells and headings wrap after dots, slashes and underscores."""
+    """Let names in table cells and headings wrap after dots, slashes and the like."""
 
     def wrapping(match: re.Match[str]) -> str:
-        return _TEXT.sub(lambda text: _BREAK.sub("<wbr>", text[0]), match[0])
+        return _TEXT.sub(lambda text: _LONG.sub(word, text[0]), match[0])
+
+    def word(match: re.Match[str]) -> str:
+        return _BREAK.sub("<wbr>", match[0])
 
     return _NAMES.sub(wrapping, body)
 
