@@ -145,9 +145,11 @@ def test_an_example_is_short_and_needs_no_private_module(script: Path) -> None:
     }
 
 
-def test_long_names_in_tables_may_wrap_and_pictures_link_to_their_files(site: Path) -> None:
+def test_names_wrap_options_stay_whole_and_pictures_link_to_their_files(site: Path) -> None:
     page = (site / "reference/effects.html").read_text(encoding="utf-8")
     assert "effects.<wbr>motor.<wbr>torque_<wbr>limit<" in page
+    commands = (site / "reference/commands.html").read_text(encoding="utf-8")
+    assert '<span class="pre flag">--set</span>' in commands
     pages = [page.read_text(encoding="utf-8") for page in site.rglob("*.html")]
     sources = re.findall(r'<img\b[^>]*?src="([^"]*_images/[^"]+)"', "".join(pages))
     linked = re.findall(r'<a class="picture" href="([^"]+)"><img\b', "".join(pages))
