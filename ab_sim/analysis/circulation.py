@@ -28,9 +28,9 @@ class Circulation(NamedTuple):
     balls: tuple[int, ...]
     """Indices of the balls."""
     speeds: tuple[float, ...]
-    """Mean absolute speed of each of these balls [rad/s]."""
+    """Mean absolute speed of each ball in ``balls`` [rad/s]."""
     spindle_speed: float
-    """Mean spindle speed over the same time [rad/s]."""
+    """Mean spindle speed over the time for which ``speeds`` are averaged [rad/s]."""
 
     def report(self) -> dict[str, Any]:
         """Return the result as JSON-able values."""

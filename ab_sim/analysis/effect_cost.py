@@ -48,7 +48,7 @@ class Variant:
     """Name in tables: the measured effect or sensor, or ``BASE`` or ``ALL``."""
     scene: Scene
     added: tuple[str, ...] = ()
-    """Effects that are also enabled, because the measured one is invalid without them."""
+    """Further enabled effects, without which the measured effect is invalid."""
 
 
 class Quartiles(NamedTuple):
@@ -80,11 +80,11 @@ class VariantCost:
     sensors: tuple[str, ...]
     """Sensors that are enabled."""
     added: tuple[str, ...]
-    """Effects that are also enabled, because the measured one is invalid without them."""
+    """Further enabled effects, without which the measured effect is invalid."""
     ns_per_step: Quartiles | None
     """CPU time per step [ns]; None if the variant cannot run, for the reason in ``failure``."""
     ratio: Quartiles | None
-    """Ratio to the variant without effects, repeat by repeat."""
+    """CPU time per step over that of the variant without effects, by repeat."""
     events_per_1000_steps: float
     """Number of located events per 1000 steps."""
     first_seconds: float
@@ -108,13 +108,13 @@ class EffectCost(Presented):
     step: float
     """Step [s]."""
     turned: float
-    """Shift of the balls' start angles from those of the scene [rad]."""
+    """Angle added to the scene's start angles of all balls [rad]."""
     steps_per_run: int
     """Number of steps of a timed run."""
     repeats: int
     """Number of rounds in which all variants were timed."""
     rows: tuple[VariantCost, ...]
-    """Costs of the variants, in their order."""
+    """Costs of the variants, one row each."""
 
     def _facts(self) -> dict[str, str]:
         times = [row.ns_per_step.median for row in self.rows if row.ns_per_step is not None]
@@ -229,7 +229,7 @@ def _without(names: tuple[str, ...], name: str) -> tuple[str, ...]:
 
 
 def _alone(scene: Scene, name: str, stepper: str) -> Variant:
-    """Return the variant with one effect and the fewest others without which it is invalid.
+    """Return the variant with one effect, and the fewest other effects that make it valid.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
 
 FASTEST = 1e5
-"""Largest absolute speed that can be held, the same as the limit of scenes [rad/s]."""
+"""Largest absolute speed that can be held [rad/s], equal to the limit of scenes."""
 SLOWEST = 1e-6
 """Smallest absolute speed other than 0; powers of lower ones are lost in rounding [rad/s]."""
 SPEEDS = f"must be a number within +-{FASTEST:g} rad/s, and 0 or at least {SLOWEST:g} in size"

@@ -188,7 +188,7 @@ def vibration_of(scene: Scene, speed: float = 0.0) -> NaturalVibration:
 
 
 def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
-    """Track modes over speed by the similarity of their shapes.
+    """Track modes over speed: modes with the most similar shapes belong together.
 
     Parameters
     ----------

@@ -158,7 +158,7 @@ def _speed_change_of(scene: Scene) -> SpeedChangeProfile:
 
 
 def _check_length(scene: Scene, step: float) -> None:
-    """Refuse a scene whose longest run would have too many samples, with this step [s]."""
+    """Refuse a scene whose longest run, at this step [s], would have too many samples."""
     most = MAX_VALUES / len(_KEPT) * step / LONGEST
     if scene.duration > most:
         raise InputError(

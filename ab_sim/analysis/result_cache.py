@@ -167,7 +167,7 @@ def sources_and_versions(modules: frozenset[str]) -> tuple[dict[str, str], dict[
 
 
 def _seal(key: str, result: Result) -> str:
-    """Return the digest that ties a result to its key."""
+    """Return the hash of key and result, which reveals a damaged or misplaced file."""
     return hashlib.sha256(f"{key}{_canonical(result)}".encode()).hexdigest()
 
 

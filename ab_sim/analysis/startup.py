@@ -168,7 +168,7 @@ def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
 
 
 def settling_begins(scene: Scene) -> float | None:
-    """Return the start of the thesis' settling period [s] (its section 4.4).
+    """Return the start of the settling period as defined in section 4.4 of the thesis [s].
 
     It is the start of the variable-speed period of a start-up. Without such a period it is the time
     at which the profile reaches the critical speed sqrt(k/M) (4-1), as on the thesis page.

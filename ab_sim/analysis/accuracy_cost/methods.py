@@ -65,7 +65,7 @@ class MeasuredMethod(Protocol):
 
 
 class OwnStepper:
-    """Stepper of this package at one step.
+    """Run of a scene with a stepper of this package, at one length of step.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class OwnStepper:
         return Samples.of(kept)
 
     def energy_error(self) -> float | None:
-        """Return the energy balance's error, from a separate run because it takes time."""
+        """Return the energy balance's error, from a separate run, which is not timed."""
         drive = Drive(self.scene, energy_balance=True)
         every = -(-self.sampling.number // INSTANTS)
         energies = []
@@ -137,7 +137,7 @@ ABSOLUTE = 0.01
 
 
 LegSolver = Callable[[SmoothInterval, np.ndarray, float, np.ndarray], tuple[np.ndarray, int]]
-"""Function of a leg, the state at its begin, and relative and absolute tolerances.
+"""Function that integrates a leg from a state, with relative and absolute tolerances.
 
 It returns the states on the leg's grid, shape (times, states), and the number of evaluations.
 It raises FailedError if it cannot finish.

@@ -27,7 +27,7 @@ from ab_sim.scene.model import Scene
 _KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}
 """Effects that the MuJoCo model represents."""
 _IMMOVABLE = 1e15
-"""Ratio of the spindle's inertia to that of rotor and balls: their effect is below rounding."""
+"""Inertia of the spindle over that of rotor and balls, whose reaction is thus below rounding."""
 _LEAST = 1e-14
 """Inertia close to MuJoCo's minimum, in units in which a ball's inertia m R^2 is about 1."""
 

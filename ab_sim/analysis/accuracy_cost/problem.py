@@ -193,7 +193,7 @@ class RightHandSide:
         self.legs = tuple(self._legs())
 
     def sampled(self, sampling: SampleTimes) -> "RightHandSide":
-        """Return the same right-hand side with other sample times."""
+        """Return a copy of this right-hand side with other sample times."""
         other = copy.copy(self)
         other.sampling = sampling
         other.legs = tuple(other._legs())

@@ -258,7 +258,7 @@ class Reference(NamedTuple):
     second: Samples
     """Solution that checks the first one."""
     judged_by_second: tuple[str, ...]
-    """Methods compared with the second solution, because they computed the first."""
+    """Methods compared with the second solution, because they computed the first solution."""
 
     def samples_for(self, method: str) -> Samples:
         """Return the solution for a method, never one that the method computed."""

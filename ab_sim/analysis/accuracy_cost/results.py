@@ -28,7 +28,7 @@ class ErrorBound(NamedTuple):
 
 
 class RunErrors(NamedTuple):
-    """Errors of one run, over the run and at its end."""
+    """Errors of one run: the largest during the run, and those at its last sample."""
 
     angle: ErrorBound
     """Largest error of any ball's angle, over the run [rad]."""
@@ -101,12 +101,12 @@ class SettingCost(NamedTuple):
 
 
 class OmittedMethod(NamedTuple):
-    """Method, or one of its settings, that was not measured."""
+    """Method, or a method at one setting, that was not measured."""
 
     method: str
-    """Name of the method, or of the method and its settings."""
+    """Name of the method, with its settings if only those were not measured."""
     reason: str
-    """Reason in words."""
+    """Reason why there are no measurements, in words."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -133,7 +133,7 @@ class AccuracyCost(Presented):
     unit: str
     """Symbol of ``unit_length``, e or R."""
     as_scene_says: str
-    """Stepper of the unchanged scene, and its step."""
+    """Stepper and step that the unchanged scene uses, as text."""
     reference: str
     """Description of the reference solution."""
     reference_shares: tuple[str, ...]

@@ -50,12 +50,12 @@ _TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
 _FINER = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
 """Shorter steps than requested [s], for a stepper that is unstable at the requested ones."""
 _LEAST_STEPS = 3
-"""Least number of steps at which a stepper is measured, if it is stable at that many."""
+"""Number of stable step lengths below which steps of ``_FINER`` are measured, too."""
 _EXTRA = "not installed; pip install 'ab_sim[peers]'"
 """Text for a missing peer."""
 
 Setting = tuple[str, Callable[[], MeasuredMethod]]
-"""Name of a setting, and its factory."""
+"""Name of a setting, and function that creates the method with that setting."""
 Family = tuple[str, Sequence[Setting]]
 """Name of a method, and its settings from coarse to fine."""
 
@@ -455,5 +455,5 @@ class _Study:
 
 
 def _reason(error: SceneError) -> str:
-    """Return the reason for a refused step without the step, so that steps share the text."""
+    """Return why a step was refused, without the step's length: equal reasons have equal texts."""
     return str(error).split(" s: ", 1)[-1].split("; or leave")[0]

@@ -243,7 +243,7 @@ class CirculatingBunch:
     drive: BunchDrive
     """Parameters of the drive."""
     spindle_speed: float
-    """Spindle speed w [rad/s], with its sign."""
+    """Spindle speed w [rad/s]; negative if the spindle turns backwards."""
     count: int
     """Number p of balls in the bunch; the others rest on the rotor."""
     speed: float
@@ -271,7 +271,7 @@ class CirculatingBunch:
 
     @property
     def valid(self) -> bool:
-        """True if both swings are small enough for the closed form."""
+        """True if ``bunch_swing`` and ``resting_swing`` are small enough for the closed form."""
         return max(self.bunch_swing, self.resting_swing) <= MOST_SWING
 
     @cached_property

@@ -49,20 +49,20 @@ def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:
 
 
 _BEATS = 1000.0
-"""Duration of the simulation in beats, unless that takes too many steps."""
+"""Duration of the simulation in beats, unless that takes more than ``_MOST_STEPS``."""
 STEP = 0.25
-"""Largest step times spindle speed [rad]."""
+"""Largest angle by which the spindle turns in a step [rad]."""
 _FEWEST_BEATS = 50.0
 """Least number of beats of a meaningful simulation."""
 _MOST_STEPS = 3e5
-"""Largest number of steps."""
+"""Largest number of steps of the simulation."""
 OFF = 1e-3
 """Standard deviation of the disturbance of the ball angles [rad].
 
 Without it, an unstable bunch would stay together: equal balls at one place never part.
 """
 NEAR = 0.05
-"""Largest relative change of the bunch's speed from its start."""
+"""Largest relative change of the bunch's speed at which the bunch counts as lasting."""
 
 
 def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:

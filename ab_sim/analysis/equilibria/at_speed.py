@@ -187,5 +187,5 @@ def balanced_state(
 
 
 def _turning(rotor: ClosedFormRotor) -> int:
-    """Return 1 if states can be rotated about the shaft, 0 if an unbalance fixes their angles."""
+    """Return 1 if all balls can be shifted by one angle, 0 if an unbalance fixes their angles."""
     return int(rotor.unbalance == 0.0 and len(rotor.moments) > 0)

@@ -30,14 +30,14 @@ from ab_sim.drive import closed_forms
 from ab_sim.model.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System, layout_of
 
 _LEVELS = 17
-"""Number of levels of rho, from its minimum to its maximum."""
+"""Number of balanced positions, at evenly spaced rho from its minimum to its maximum."""
 STARTS = 36
 """Number of random starts of the search for the extremes of rho, to be divided by the number of
 balls; at least two are used."""
 _SCATTER = 48
 """Number of additional random positions if the balls differ."""
 _SAME = 1e-12
-"""Values of rho closer than this are equal."""
+"""Difference of rho up to which a known balanced position has the requested rho."""
 
 
 def can_balance(rotor: ClosedFormRotor) -> bool:
@@ -107,7 +107,7 @@ def ends(rotor: ClosedFormRotor) -> tuple[np.ndarray, np.ndarray]:
 def _ends(
     unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]
 ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
-    """Return some balanced positions, and those with the smallest and the largest rho.
+    """Return some balanced positions, and the positions with the smallest and the largest rho.
 
     Local extremes of rho are searched from the symmetric position and from random ones, because rho
     has several local extremes along the manifold.
@@ -250,9 +250,9 @@ def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndar
 _GROWTH_LEVELS = 33
 """Number of levels of rho between which the extremes of the growth rate are bracketed."""
 _NARROW = 1e-9
-"""Width of the range of rho below which it counts as a single position."""
+"""Width of the range of rho up to which all balanced positions count as alike."""
 CLOSE = 1e-8
-"""Tolerance of rho, as a fraction of its range."""
+"""Tolerance of the rho of the best and worst position, as a fraction of the range of rho."""
 
 ALL, SAMPLED = "all", "sampled"
 """Sets of balanced positions from which worst and best are chosen; see ``known_positions``."""

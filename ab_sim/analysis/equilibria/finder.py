@@ -51,7 +51,7 @@ _SAME = 1e-6
 
 
 class Scales(NamedTuple):
-    """Magnitudes of the states and of their rate of change."""
+    """Magnitudes of the states and of their rates of change, by which residuals are scaled."""
 
     state: np.ndarray
     """Magnitude of each state, shape (states,)."""

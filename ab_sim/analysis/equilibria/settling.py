@@ -24,7 +24,7 @@ It is not small: where the linear test is undecided, disturbances decay algebrai
 ones too slowly to be seen.
 """
 NEARER = 0.75
-"""Fraction of a disturbance that may remain if it is still decaying."""
+"""Fraction of a disturbance that may remain at the end if the motion still approaches the state."""
 BACK = 1e-6
 """Scaled distance below which a motion has returned to the state."""
 _MOST_STEPS = 1e8

@@ -269,7 +269,7 @@ def traced_branches(
 
 
 def _covered(continua: list[tuple[str, Part]], label: str, speed: float) -> bool:
-    """Return whether a continuum with this label has already been followed at a speed."""
+    """Return whether a followed continuum with this label covers a speed [rad/s]."""
     return any(
         name == label and part[0].speed <= speed <= part[-1].speed for name, part in continua
     )

@@ -32,7 +32,7 @@ SAMPLES = 8192
 
 @dataclass(frozen=True)
 class Stability:
-    """Periodic solution with its multipliers."""
+    """Periodic solution of a scene at a constant speed, with its Floquet multipliers."""
 
     scene: str
     speed: float
@@ -61,7 +61,7 @@ class Stability:
     ball_turns: np.ndarray
     """Revolutions of each ball relative to the rotor per spindle revolution, shape (n,)."""
     ball_swing: np.ndarray
-    """Range of each ball's angle [rad] without its whole revolutions, shape (n,)."""
+    """Range of each ball's angle over the turn [rad], whole revolutions left out, shape (n,)."""
     whirl: tuple[float, float]
     """Smallest and largest whirl over the turn [m], across the shaft, from the rest position."""
 
@@ -280,7 +280,7 @@ def _largest(multipliers: np.ndarray, structural: int) -> float:
 
 
 def _keeps_still(turn: TurnMap, orbit: Orbit) -> bool:
-    """Return whether the deck stays at its rest position during the turn, within ``STILL``."""
+    """Return whether the deck stays within ``STILL`` of its rest position during the turn."""
     deck = turn.layout.deck
     away = np.abs(orbit.states[:, deck] - turn.rest()) / turn.scale[deck]
     return bool(away.max() <= STILL)

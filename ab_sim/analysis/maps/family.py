@@ -34,7 +34,7 @@ class Family(NamedTuple):
 
 
 def values_of(text: str) -> tuple[str, tuple[float, ...]]:
-    """Parse ``KEY=V,V,...`` to the key and its values, SI.
+    """Parse ``KEY=V,V,...`` to the key and its values in SI units.
 
     Raises
     ------
@@ -115,11 +115,11 @@ class StableShares(NamedTuple):
     """Shares of a map in which balance is stable for both numbers of balls, or for one only."""
 
     both: float
-    """Share in which balance is stable for both numbers."""
+    """Share of the map in which balance is stable for both numbers of balls."""
     only_ours: float
-    """Share in which it is stable only for the scene's number."""
+    """Share of the map in which balance is stable only for the scene's number of balls."""
     only_other: float
-    """Share in which it is stable only for the other number."""
+    """Share of the map in which balance is stable only for the other number of balls."""
 
     @classmethod
     def of(cls, ours: np.ndarray, other: np.ndarray) -> "StableShares":

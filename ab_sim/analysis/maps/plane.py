@@ -24,7 +24,7 @@ IDLE = ("accuracy", "duration", "probes", "profile", "sensors", "solver", "start
 
 
 class Axis(NamedTuple):
-    """Parameter with its values."""
+    """Axis of a map: a scene parameter or the speed, with its values."""
 
     key: str
     """Dotted key, as in ``--set``, or ``speed``."""

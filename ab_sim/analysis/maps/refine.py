@@ -26,7 +26,7 @@ _NOT_YET = np.iinfo(np.int64).min
 
 
 class Refined(NamedTuple):
-    """Labels of a grid, and which of them were computed."""
+    """Labels of a grid, and a mask of the points whose labels were computed, not copied."""
 
     labels: np.ndarray
     """Labels of all points, shape (rows, columns), integers."""
@@ -56,7 +56,7 @@ def check_coarse(coarse: int, setting: str) -> None:
 def refined(
     verdicts: Callable[[Sequence[Point]], Sequence[int]], shape: Point, coarse: int = 8
 ) -> Refined:
-    """Return the labels of a grid, computed near their borders.
+    """Return the labels of a grid, computed only near borders between areas of equal labels.
 
     Parameters
     ----------

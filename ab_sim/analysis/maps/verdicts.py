@@ -71,7 +71,7 @@ NAMES = {
     SPREAD: "spread",
     UNDECIDED: "undecided",
 }
-"""Bits in words, in the order in which a label names them."""
+"""Words for the bits of a label, in the order in which ``name_of`` joins them."""
 
 
 def name_of(label: int) -> str:
@@ -105,7 +105,7 @@ def verdict(scene: Scene, speed: float) -> int:
 
 
 def label_of(branches: Iterable[RestingState]) -> int:
-    """Return the label of a point from all its resting states; balanced ones are its extremes."""
+    """Return a point's label from its resting states; of balanced ones, from the best and worst."""
     return _label((kind_of(state), state.stable) for state in branches)
 
 
@@ -122,7 +122,7 @@ def kind_of(state: RestingState | RestingPlace) -> int:
 
 
 def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
-    """Return the label of a point from the kind and the stability of each of its states."""
+    """Return a point's label from the kind and the stability of each resting state."""
     all_ = {*verdicts}
     if not all_:
         return NO_STATE
@@ -182,7 +182,7 @@ CIRCULATION_NAMES = {
     CIRCULATES: "balls can also circulate",
     NOT_KNOWN: "whether they can is not known",
 }
-"""Codes in words, for the legend of maps."""
+"""Words for the codes of circulating balls, for the legend of maps."""
 
 
 def circulation_at(plane: Plane, point: Point) -> int:

@@ -21,7 +21,7 @@ from ab_sim.scene.model import Scene
 from ab_sim.tracing.functions import cos_sin
 
 BAND = 0.1
-"""Half-width of the band around the final whirl, relative to it."""
+"""Half-width of the band around the final whirl, as a fraction of the final whirl."""
 FLOOR = 0.05
 """Least half-width of the band, relative to M0 e / M.
 
@@ -158,7 +158,7 @@ class EarlierWhirlAccumulator:
 
 
 class BandAccumulator:
-    """Time from which the whirl stays within its band."""
+    """Time from which the whirl of a run stays within the band around its final value."""
 
     AFTER = (FinalWhirlAccumulator,)
 
@@ -188,7 +188,7 @@ class BandAccumulator:
 
     @property
     def times(self) -> list[float | None]:
-        """Time from which the whirl stays within its band [s], per run.
+        """Time from which the whirl stays in the band around its final value [s], per run.
 
         None if the whirl leaves the band during the last tenth of the run, over which the band is
         computed; None also if the whirl has not settled.

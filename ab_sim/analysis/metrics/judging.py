@@ -90,7 +90,7 @@ def limits_of(scene: Scene) -> tuple[float, float]:
 
 
 class JudgedRuns:
-    """Data of runs, available before their samples.
+    """Data of runs that metrics need besides samples, known before the runs start.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ class SampleBlock:
 def accumulate(
     blocks: Callable[[], Iterable[SampleBlock]], runs: JudgedRuns, kinds: Iterable[type[Any]]
 ) -> dict[type[Any], Any]:
-    """Return accumulators of these kinds, and of those they depend on, after all passes.
+    """Return accumulators of some kinds, and the accumulators that they need, after all passes.
 
     Parameters
     ----------
@@ -288,7 +288,7 @@ def as_one_block(
 
 @functools.lru_cache(maxsize=64)
 def _passes(kinds: tuple[type[Any], ...]) -> list[list[type[Any]]]:
-    """Return groups of accumulators that can share a pass, in order of their dependencies."""
+    """Return groups of accumulators that share a pass over the samples; later ones need earlier."""
     waiting = list(dict.fromkeys(_with_earlier(kinds)))
     groups: list[list[type[Any]]] = []
     while waiting:
@@ -298,7 +298,7 @@ def _passes(kinds: tuple[type[Any], ...]) -> list[list[type[Any]]]:
 
 
 def _with_earlier(kinds: Iterable[type[Any]]) -> Iterator[type[Any]]:
-    """Yield the kinds, each after those on which it depends; a kind may occur several times."""
+    """Yield each kind after the kinds on which it depends; a kind may occur several times."""
     for kind in kinds:
         yield from _with_earlier(_after(kind))
         yield kind

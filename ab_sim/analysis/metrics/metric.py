@@ -32,7 +32,7 @@ class Better(str, Enum):
 
 
 class MetricKind(str, Enum):
-    """Type of a metric's value, if it is not null."""
+    """Type of a metric's value, which may also be null."""
 
     NUMBER = "number"
     TRUTH = "true or false"
@@ -70,7 +70,7 @@ class Display(NamedTuple):
 
 
 DEFAULT_UNITS = Display(1.0, "m", "W")
-"""Display of whirls in m and of other quantities in their default units."""
+"""Display with whirls in m; other quantities have their default units."""
 
 
 class Place(IntEnum):
@@ -112,7 +112,7 @@ class Row(NamedTuple):
 
 
 class Relative(NamedTuple):
-    """Ratio of a metric to that of the run without balls."""
+    """Ratio of a metric to the metric of the run without balls."""
 
     key: str
     """Name in reports."""

@@ -8,14 +8,14 @@ from ab_sim.analysis.metrics.judging import EachRun, JudgedRuns, SampleBlock
 from ab_sim.drive.trajectory import Trajectory
 
 NEAR = 0.01
-"""Relative tolerance within which the spindle has its commanded speed.
+"""Tolerance within which the spindle has its commanded speed, as a fraction of a command.
 
 It refers to the larger of the first and the present command.
 """
 
 
 def _follows_the_start(time: np.ndarray) -> bool:
-    """Return whether the samples lack only the start of the run, at t = 0, before them.
+    """Return whether the samples are complete except for the one at t = 0.
 
     Some runs have the start among their samples and some do not; their metrics must be equal.
     """

@@ -38,7 +38,7 @@ class Verdict(str, Enum):
 BALANCED = (Verdict.BALANCED.value, Verdict.RINGING_DOWN.value)
 """Verdicts of runs whose balls balance the rotor."""
 SETTLED = (*BALANCED, Verdict.NOT_BALANCED.value, Verdict.SETTLED.value)
-"""Verdicts of runs whose final whirl is the limit value or an upper bound of it."""
+"""Verdicts of runs whose final whirl is, or bounds from above, the whirl that they approach."""
 
 
 def verdicts(
@@ -85,9 +85,9 @@ class StartUpConclusion:
         target: SpindleTargetAccumulator,
     ) -> None:
         self.in_band: list[float | None] = [None] * len(runs)
-        """Time until the whirl stays in its band [s]."""
+        """Time from the spindle's start until the whirl stays in its band [s]; None if never."""
         self.ready: list[float | None] = [None] * len(runs)
-        """Time until the spindle has reached its final speed as well [s]."""
+        """Time from the spindle's start to final speed and whirl in its band [s]; None if never."""
         times_of_runs = zip(band.times, start.each("begin"), target.each("reached"), strict=True)
         for run, (in_band, begin, at_speed) in enumerate(times_of_runs):
             if begin is None or in_band is None:

@@ -201,7 +201,7 @@ class BroadBand:
 
     @property
     def reason_without_value(self) -> str | None:
-        """Reason why there is no final value; None if there is one."""
+        """Reason why ``final`` has no value; None if it has one."""
         most = _RESTARTS + _RESTARTS_PER_SAMPLE * self._count
         if not self._resolved_late or self._restarts_late > most:
             return "samples are uneven or too far apart"
@@ -216,7 +216,7 @@ class BroadBand:
 
     @property
     def whole(self) -> float:
-        """Root mean square over the last stretch without filters [m/s], for its largest axis."""
+        """Root mean square of unfiltered velocity at the run's end [m/s], on its largest axis."""
         return math.sqrt(float(np.max(self._whole)) / self._count)
 
     @property
