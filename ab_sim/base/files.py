@@ -347,7 +347,7 @@ def _others_write(status: os.stat_result) -> bool:
 
 
 def _is_private(group: int) -> bool:
-    """Return whether this is the user's private group, which has no other members."""
+    """Return whether a group id is that of the user's private group, without other members."""
     if sys.platform == "win32":
         return False
     import grp

@@ -22,7 +22,7 @@ from typing import NoReturn
 _SHOW_CURSOR = b"\x1b[?25h"
 """Terminal code that shows the cursor, which a progress bar may have hidden."""
 ONE_WISH = 1.0
-"""Time after a signal in which further ones count as the same request [s]: a program that ros2
+"""Time after a signal in which further signals belong to the same request [s]: a program that ros2
 launch has started gets Ctrl-C twice, from its terminal and from ros2 launch."""
 _CLOSED = getattr(signal, "SIGHUP", None)
 """Signal of a closing terminal; Windows has none."""
@@ -33,7 +33,7 @@ _watching = _leaving = False
 
 
 def watch() -> None:
-    """Make signals end the process immediately, with one line and exit code 128 + their number.
+    """Make signals end the process immediately, with one line and exit code 128 + signal number.
 
     This function should be called before slow imports. A second call does nothing.
     """
@@ -116,7 +116,7 @@ def leave_at_exit() -> None:
 
 @contextlib.contextmanager
 def left_at_exit() -> Iterator[None]:
-    """End the process after the context if ``leave_at_exit`` was called in it."""
+    """End the process after the context if ``leave_at_exit`` was called during the context."""
     code = 0
     try:
         yield
@@ -129,7 +129,7 @@ def left_at_exit() -> Iterator[None]:
 
 
 def _exit_code_of(error: BaseException) -> int:
-    """Return the exit code of an error as Python would, and print the same text."""
+    """Return the exit code with which Python would end for an error, and print Python's text."""
     if isinstance(error, SystemExit) and isinstance(error.code, int | None):
         return error.code or 0
     if isinstance(error, SystemExit):

@@ -26,7 +26,7 @@ _LIME: Colour = (112, 150, 20)
 GREY: Colour = (128, 128, 128)
 
 RUN = RESIDUAL = BLUE
-"""Colour of the run itself: its speed, whirl, torque and residual unbalance."""
+"""Colour of the shown run's speed, whirl, torque and residual unbalance."""
 UNBALANCE = VERMILION
 """Colour of the rotor's unbalance, and of once-per-turn vibration."""
 RESULTANT = GREEN
@@ -41,7 +41,7 @@ FIRST_BALLS = (ORANGE, PURPLE, SKY)
 """Colours of the first balls; `ball_colour` gives all."""
 
 SERIES = (BLUE, GREEN, VERMILION)
-"""Colours of the first curves of one kind that are not balls, such as the three tilts."""
+"""Colours of up to three curves of one kind, other than balls, such as the three tilts."""
 
 GOOD: Colour = (44, 154, 85)
 """Colour of drives that balance."""
@@ -77,7 +77,7 @@ MAIN_DARK: Colour = (31, 78, 140)
 MAIN_PALE: Colour = (185, 207, 227)
 """Darker and paler variant of ``MAIN``, for further curves or bars."""
 OPPOSITE: Colour = (196, 98, 45)
-"""Colour of bars in the direction opposite to those in ``MAIN_DARK``."""
+"""Colour of bars that show a change opposite to that of the bars in ``MAIN_DARK``."""
 BEST: Colour = (179, 0, 125)
 WINDOW: Colour = (127, 191, 123)
 CHOSEN: Colour = (27, 110, 46)

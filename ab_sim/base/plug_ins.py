@@ -57,7 +57,7 @@ def load_installed() -> None:
 
 @functools.cache
 def load_folder(package: str) -> None:
-    """Import all modules of a package that register something, and the installed plug-ins."""
+    """Import all modules of a package, which register their classes, and installed plug-ins."""
     for module_info in pkgutil.iter_modules(importlib.import_module(package).__path__):
         importlib.import_module(f"{package}.{module_info.name}")
     load_installed()

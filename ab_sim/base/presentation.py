@@ -35,7 +35,7 @@ _LAST_ANGLE = math.radians(30.0)
 """End of the turn in which ball angles are shown [rad]."""
 
 LAST = 0.1
-"""Fraction of the run at its end over which final values are computed."""
+"""Length of the last stretch, over which final values are computed, as a fraction of the run."""
 
 
 def last_stretch(samples: int) -> int:

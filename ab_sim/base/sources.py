@@ -95,7 +95,7 @@ def _version(package: str) -> str:
 
 
 def _named_as(package: str, file: Path) -> metadata.Distribution | None:
-    """Return the distribution with a package's name, if the package belongs to it."""
+    """Return the distribution named like a package, if it contains the package's file."""
     try:
         distribution = metadata.distribution(package)
     except metadata.PackageNotFoundError:

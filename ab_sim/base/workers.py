@@ -21,7 +21,7 @@ from ab_sim.base.interruption import kept_from_children
 from ab_sim.base.plug_ins import load_files, loaded_files
 
 TRIAL = 0.5
-"""Time in which this process works alone, to estimate the total time [s]."""
+"""Time for which this process works alone before it estimates the total time [s]."""
 _AHEAD = 3
 """Number of parts that each process gets in advance, before results are awaited."""
 WORTH_IT = 20.0
@@ -80,7 +80,7 @@ class Workers:
         items: Sequence[Item],
         chunk: int = 1,
     ) -> Iterator[Result]:
-        """Yield results in the order of the items, as they are computed.
+        """Yield the results of items as they are computed, in the order of the items.
 
         Parameters
         ----------

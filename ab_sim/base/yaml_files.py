@@ -27,7 +27,7 @@ _MOST_DIGITS = 100
 
 _LEADING_ZERO = re.compile(r"[-+]?0[0-9_]+")
 _MADE_OF_BAD_VALUES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
-"""Errors of PyYAML for a value that does not match its tag, as in ``!!int ""``."""
+"""Errors that PyYAML raises for a value that does not match its tag, as in ``!!int ""``."""
 
 
 class _TooMuch(yaml.YAMLError):
@@ -76,7 +76,7 @@ class _Limited(yaml.SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
     def construct_number(self, node: yaml.ScalarNode) -> float:
-        """Construct a number as a reader expects it: 010 is 10, and 1:30 is refused.
+        """Return the number of a YAML node as a reader expects it: 010 is 10, and 1:30 is refused.
 
         By YAML 1.1, which SafeLoader implements, these numbers are 8 and 90.
         """

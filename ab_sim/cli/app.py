@@ -18,7 +18,7 @@ from ab_sim.cli.recording_commands import nodes_and_bags, recordings_and_measure
 from ab_sim.cli.scene_commands import accuracy_and_cost, other_tools, run_and_watch, write_a_scene
 
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
-"""Typer's class of usage errors, for which it has no name."""
+"""Class of Typer's usage errors, which Typer does not export."""
 
 
 class SafeGroup(TyperGroup):

@@ -104,7 +104,7 @@ def processes(workers: int | None) -> int:
 
 
 def _usable_cores() -> int:
-    """Return the number of cores that this process may use."""
+    """Return the number of processor cores on which this process may run."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

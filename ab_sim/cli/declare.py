@@ -18,9 +18,9 @@ class Described(NamedTuple):
     """Description of an option: ``FIELD [--NAME] [METAVAR]``, and below it the help, indented."""
 
     names: list[str]
-    """Name of the option, if it differs from that of the field; empty otherwise."""
+    """Name of the option, if it differs from the field's name; empty otherwise."""
     metavar: str | None
-    """Name of its value in the help; None: that of the type."""
+    """Name of the option's value in the help; None: the name of its type."""
     help: str
     """Meaning of the option."""
 

@@ -329,7 +329,7 @@ def _quantile_table(spread: Spread) -> Table:
 
 
 def _interval(quantile_of_metric: QuantileOfMetric, factor: float) -> str:
-    """Return a quantile and its interval in the requested unit."""
+    """Return a quantile and its confidence interval as text, multiplied by a factor."""
     low, high = (_end(end, factor) for end in (quantile_of_metric.low, quantile_of_metric.high))
     return f"{number(quantile_of_metric.value * factor)} ({low} to {high})"
 

@@ -39,7 +39,7 @@ GLANCE = 0.1
 
 
 def _check_view_option(view: str) -> None:
-    """Refuse a ``--view`` that cannot show anything.
+    """Refuse a ``--view`` whose viewer is not available.
 
     Raises
     ------

@@ -91,7 +91,7 @@ class ServiceArgument(NamedTuple):
     default: Any = ...
     """Default value; `...`: required, None: the parameter is left unchanged."""
     many: bool = False
-    """True if it takes all remaining words, as a list."""
+    """True if the argument takes all remaining words, as a list."""
 
 
 class ServiceCommand(NamedTuple):
@@ -104,15 +104,15 @@ class ServiceCommand(NamedTuple):
     """Default name of the node."""
     arguments: tuple[ServiceArgument, ...] = ()
     service: str = ""
-    """Name of the service, if it differs from the command's; empty otherwise."""
+    """Name of the service, if it differs from the command's name; empty otherwise."""
     request: Callable[[], tuple[Any, Any]] = _trigger
     """Function that returns the service's type and the request."""
     timeout: float = 10.0
     """Time to wait for the answer [s]."""
     restores_parameters: bool = False
-    """True if the parameters get their former values after the call."""
+    """True if the node's parameters get their former values again after the call."""
     urgent: bool = False
-    """True if it is called without waiting for discovery, and repeated until there is an answer."""
+    """True if the call does not wait for discovery, and is repeated until there is an answer."""
 
     @property
     def service_name(self) -> str:

@@ -15,7 +15,7 @@ from ab_sim.cli.outputs import people
 EVERY = 10.0
 """Time between two lines [s]."""
 _SIGNAL_DELAY = 0.3
-"""Longest time from a signal to its handling [s]."""
+"""Time to wait after an error for a signal that may have caused it [s]."""
 
 
 @contextmanager

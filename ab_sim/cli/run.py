@@ -205,7 +205,7 @@ def _rows() -> list[tuple[Metric[Any], Row]]:
 
 
 def _shown(row: Row, scene: Scene, cells: Sequence[str]) -> bool:
-    """Return whether a row applies to the scene, or has a value that says something."""
+    """Return whether a row applies to the scene; without that rule, whether a cell has content."""
     if row.applies is not None:
         return row.applies(scene)
     return row.has_content(cells)
@@ -220,7 +220,7 @@ def _notes(row: Row, cells: Sequence[str]) -> Iterator[str]:
 
 
 def _caption(scene: Scene) -> str:
-    """Return definitions of the values in the table, as far as they apply to the scene."""
+    """Return the table's caption, with definitions of those values that apply to the scene."""
 
     def sentences() -> Iterator[str]:
         yield (

@@ -25,7 +25,7 @@ Write = Callable[[Path], list[Path] | None]
 Draw = Callable[[Path], None]
 """Function that draws a picture into a file."""
 _DOTS, FINE = 110, 120
-"""Resolution of pictures, and of those with many labels [dots per inch]."""
+"""Resolution of pictures without and with many labels [dots per inch]."""
 
 
 class WholeLine(str):
@@ -45,7 +45,7 @@ class Outcome(NamedTuple):
     writes: Mapping[str, Write | None] = {}
     """Functions that write the command's ``outputs``, by option; None: nothing to write."""
     written: Sequence[Path] = ()
-    """Files that the work has written itself."""
+    """Files that the command wrote while it worked, to be named at the end."""
     failure: str | None = None
     """Error with which the command exits if a search found nothing: reason and remedy."""
 
@@ -106,7 +106,7 @@ class Command(NamedTuple):
             raise NothingFound(outcome.failure)
 
     def _progress(self) -> AbstractContextManager[Progress]:
-        """Return the context in which the work runs, which yields its progress callback."""
+        """Return the context in which the command works, which yields the progress callback."""
         if self.bar is None:
             return nullcontext(lambda *_: None)
         if self.kept_files is None:

@@ -115,7 +115,7 @@ def _shown(sensitivities: MetricSensitivities, settled: bool) -> Iterator[Table 
 
 
 def with_uncertainty(value: float, uncertainty: float) -> str:
-    """Return a value as text, up to its first uncertain digit, with its uncertainty."""
+    """Return ``value +- uncertainty`` as text, the value up to its first uncertain digit."""
     digits = 6
     if value and uncertainty:
         digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(uncertainty)) + 1

@@ -327,7 +327,7 @@ _BASIS = {
     ALL: "computed from all balanced positions of the balls",
     SAMPLED: "computed from samples of the balls' balanced positions: others may differ",
 }
-"""Captions of maps, by the basis of their verdicts."""
+"""Captions of maps, by the balanced positions from which verdicts are computed."""
 
 
 def stability_command(options: StabilityOptions) -> Command:
@@ -477,7 +477,7 @@ def _against_table(comparison: BallCountComparison) -> Table:
 
 
 def _basin_table(basin: basins.Basin) -> Table:
-    """Return the table of outcomes, with their shares of the start angles."""
+    """Return a table of the outcomes of runs, with the share of starts for each outcome."""
     title = f"{basin.scene.name}: outcomes of runs from {len(basin.angles)}^2 starts"
     table = new_table("outcome", "share of the starts", title=title)
     for label, share in basin.shares.items():

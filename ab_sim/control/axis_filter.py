@@ -56,7 +56,7 @@ class AxisFilter:
         self.covariance[4][4] = (chosen.FIRST_STIFFNESS_DEVIATION * stiffness) ** 2
         self.covariance[5][5] = damping * damping
         self.known = 0.0
-        """1 once there is an estimate; before, readings are collected to estimate their noise."""
+        """1 once the axis has an estimate; 0 while readings are collected to estimate noise."""
         self.variance = self.size = 0.0
         """Variance of a reading, from the innovations; and exponentially averaged square of a
         reading without its offset."""
@@ -85,7 +85,7 @@ class AxisFilter:
         self.covariance[5][5] = damping * damping
 
     def collect(self, reading: float, speed: float) -> None:
-        """Collect a reading before there is an estimate.
+        """Collect a reading for the first estimate of the axis.
 
         After 20 readings, and at a tenth of the final speed, compute the first estimate.
 

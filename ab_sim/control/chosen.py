@@ -11,9 +11,9 @@ UNIT = 200.0
 # --- the estimator
 FIRST_RATIO = 0.5
 FIRST_STIFFNESS_DEVIATION = 0.6
-"""Initial critical speed over final speed, and relative deviation of K."""
+"""Initial critical speed over final speed, and relative standard deviation of the stiffness K."""
 FIRST_DAMPING = 0.03
-"""Initial D over critical speed, and its deviation."""
+"""Initial damping D, and its standard deviation, as fractions of the initial critical speed."""
 NET_WALK = 0.5
 STIFFNESS_WALK = 0.001
 DAMPING_WALK = 0.02
@@ -23,7 +23,7 @@ OFFSET_WALK = 10.0
 SCALE_ERROR = 0.002
 """Part of a reading's error that is proportional to the reading."""
 NOISE_GAIN = 0.002
-"""Gain per sample with which the variance of a reading follows the innovations."""
+"""Gain per sample with which the estimated variance of a reading follows the innovations."""
 WILD = 9.0
 """Square of (innovation / its standard deviation) beyond which a reading's weight is reduced."""
 LOST = 20
@@ -66,8 +66,8 @@ DOWN = 0.1
 AWAY = 0.3
 """Rise of the ratio at which the dwell ends."""
 FALLING = 0.5
-"""Rate at which |q| must fall, or it counts as stagnant; for a critical speed of half the final
-speed."""
+"""Rate at which |q| must fall, or a dwell counts as stagnant; for a critical speed of half the
+final speed."""
 STAGNANT = 0.25
 STAGNANT_PER_NET = 5.5
 """Longest stagnation, which grows with |q|: balls on opposite sides stay there for a while."""
@@ -76,7 +76,7 @@ NEARER = 0.7
 larger whirl frees balls that friction holds."""
 LONGEST_DWELL = 10.0
 SMALL = 0.125
-"""Value of |q| that ends a dwell."""
+"""Duration that ends a dwell, and value of |q| below which a dwell ends earlier."""
 LATE = 1.5
 """Time after ``patience`` at which any dwell ends [s]."""
 LEAVING = 0.9
@@ -85,7 +85,7 @@ change excites no free whirl, which would take seconds to decay."""
 
 # --- judging
 SETTLE = 0.35
-"""Time at the final speed before it is judged; twice that before it counts as balanced."""
+"""Time at the final speed before q is judged; balance is reported only after twice that time."""
 BALANCED = 0.15
 """Largest |q| that counts as balanced."""
 ACCEPTED = 0.25
@@ -105,11 +105,12 @@ BACK = 0.1
 """Time by which samples may go back [s]; such samples are ignored."""
 REPEATS = 5
 REPEATED = 0.3
-"""Number of equal readings in a row that count, and largest total time of them."""
+"""Number of equal readings in a row that count as repeated, and total time of repetition at which
+the start-up is aborted."""
 MEAN = 0.25
 DRIFTED = 2.0
-"""Time constant of a reading's mean, and its largest drift in multiples of the largest deviation of
-a reading from the mean."""
+"""Time constant of the readings' mean, and largest drift of that mean in multiples of the largest
+deviation of a reading from the mean."""
 CONTRADICTING = 0.5
 """Largest contradiction of angle and speed from one sample to the next [rad]."""
 AGREEING = 0.3
@@ -123,4 +124,4 @@ DOUBTED_STIFFNESS_DEVIATION = 0.1
 LEAD = 0.15
 """Largest lead of the command over the spindle, relative to the final speed."""
 NOT_FOLLOWING = 3.0
-"""Time for which the spindle may be off the command without approaching it."""
+"""Time for which the spindle may be off the commanded speed without approaching that speed."""

@@ -220,14 +220,14 @@ class Observer:
         self._p = self._r = 0.0
         """Force per mass for a net unbalance of 1 m and of i m, along the first axis [m/s^2]."""
         self.re = self.im = self.deviation = 0.0
-        """Net unbalance and its standard deviation [m]."""
+        """Net unbalance, real and imaginary part, and its standard deviation [m]."""
         self.fast = self.slow = self.average_re = self.average_im = self.scale = 0.0
         """Fast and slow average of the net unbalance's magnitude; average of the complex net
         unbalance; and largest average magnitude [m]."""
         self.critical = self.critical_deviation = self.damping = 0.0
-        """Critical speed and its deviation [rad/s], and damping [1/s]."""
+        """Critical speed and its standard deviation [rad/s], and damping [1/s]."""
         self.known = 0.0
-        """1 once each axis has an estimate, else 0."""
+        """1 once each axis has an estimate of net unbalance and suspension, else 0."""
 
     @property
     def rate(self) -> float:

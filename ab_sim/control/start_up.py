@@ -61,14 +61,14 @@ class Estimates(NamedTuple):
     times the unbalance of the rotor alone."""
     dwells: int
     retries: int
-    """Number of dwells and of retries so far."""
+    """Number of dwells near the critical speed, and of returns for another dwell, so far."""
 
 
 class Decision(NamedTuple):
     """Latest decision of the start-up."""
 
     number: int
-    """Number of decisions so far, by which a caller recognises a new one."""
+    """Number of decisions so far; a caller sees by it that there is a new decision."""
     text: str
     """State and reason in plain words."""
 
@@ -110,7 +110,7 @@ def _count(number: int, one: str, several: str) -> str:
 
 
 _OWN_NUMBERS = 16
-"""Number of values in a state before those of the observer; see ``StartUp.state_numbers``."""
+"""Number of values in a state that precede the observer's; see ``StartUp.state_numbers``."""
 _LAGS = (0.0, 1.0, -1.0, 2.0)
 """Factors on ``chosen.LAG_STEP`` in successive retries: a dwell closer to the critical speed, or
 farther from it, may free balls that the last one did not."""
@@ -265,12 +265,12 @@ class StartUp:
 
     @property
     def dwells(self) -> int:
-        """Number of dwells so far."""
+        """Number of dwells near the critical speed so far."""
         return int(self._dwells)
 
     @property
     def retries(self) -> int:
-        """Number of retries so far."""
+        """Number of returns to the critical speed for another dwell so far."""
         return int(self._retries)
 
     @property
@@ -282,7 +282,7 @@ class StartUp:
 
     @property
     def words(self) -> str:
-        """Present action and its reason, in plain words."""
+        """Present action of the start-up and the reason for it, in plain words."""
         return _words_of(self.state, self.reason, self.settings, self.estimates, self.observer)
 
     def state_numbers(self) -> tuple[float, ...]:
@@ -473,7 +473,7 @@ class StartUp:
         return self._command == goal
 
     def _fails_to_follow(self, passed: float) -> bool:
-        """Return whether the spindle has not approached the command for too long."""
+        """Return whether the spindle has not approached the commanded speed for too long."""
         speed, final = self.observer.speed, self.settings.final_speed
         off, moved = self._command - speed, speed - self._distance
         nearer = (moved if off > 0.0 else -moved) > 0.02 * final
@@ -489,7 +489,7 @@ class StartUp:
         self._enter(State.ABORTING)
 
     def _enter(self, state: State) -> None:
-        """Change the state, and count this as a decision."""
+        """Change to another state, and record that as a new decision."""
         self.state = state
         self._in_state = 0.0
         self.decision = Decision(self.decision.number + 1, self.words)

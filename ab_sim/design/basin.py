@@ -274,5 +274,5 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
 
 
 def _end(name: str, residual: float | None, whirl: float | None) -> BasinEnd:
-    """Return the outcome of a start from its values in ``_ends``."""
+    """Return the outcome of a start from the values that ``_ends`` returned for the start."""
     return BasinEnd(_LABELS[name], residual, whirl)

@@ -115,7 +115,7 @@ def _truth(text: str) -> Bound:
 
 
 def _compared(text: str, name: str) -> Metric[Any]:
-    """Return the metric with a name, if its values can be compared; ``text`` is for the error."""
+    """Return the named metric; refuse one whose values cannot be compared, quoting ``text``."""
     (metric,) = metrics_named([name])
     if not metric.scalar:
         raise InputError(f"bound {short(text)}: {name} {metric.not_a_number}")

@@ -287,7 +287,7 @@ class Cluster:
 
 
 def checked_address(text: str) -> str:
-    """Return a scheduler's address with its protocol.
+    """Return a scheduler's address, with the protocol in front.
 
     Raises
     ------
@@ -412,7 +412,7 @@ def _result_of(modules: frozenset[str], fingerprint: str, work: bytes) -> Any:
 
 
 def _differences(here: dict[str, str], there: dict[str, str]) -> str:
-    """Describe the differences of sources and versions here from those of a worker, by name."""
+    """Describe how sources and versions of a worker differ from those of this process, by name."""
     names = sorted(here.keys() | there.keys())
     named = [name for name in names if here.get(name) != there.get(name)]
     versions = [

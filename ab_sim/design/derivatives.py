@@ -251,9 +251,9 @@ def _not_among(what: str, name: str, all_names: Sequence[str]) -> InputError:
 NOTHING = 1e-10
 """Relative change of a metric, for a change of the key by ``scale_of``, that is no influence."""
 STILL = 1e-6
-"""Uncertainty of this relative change up to which a derivative of 0 means no influence."""
+"""Uncertainty of the change per ``scale_of``, over the metric, up to which 0 means no influence."""
 _UNCERTAIN = 0.01
-"""Uncertainty of this relative change above which a derivative below its uncertainty is NaN."""
+"""Uncertainty, scaled as for ``STILL``, above which a derivative below its uncertainty is NaN."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -487,5 +487,5 @@ def differentiable_metrics(names: Sequence[str]) -> list[Metric[Any]]:
 
 
 def _number(x: float) -> float | None:
-    """Return a number as JSON can represent it: None for NaN and infinity."""
+    """Return a number for JSON: None for NaN and infinity, which JSON cannot represent."""
     return float(x) if np.isfinite(x) else None

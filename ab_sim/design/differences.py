@@ -109,7 +109,7 @@ def real_keys(scene: Scene) -> list[RealKey]:
 
 
 def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
-    """Return values of a scene by their keys.
+    """Return the numbers of a scene with given keys, which are checked.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def _unit(parts: Sequence[str]) -> str:
 
 
 def _row(parts: Sequence[str]) -> SceneKey | None:
-    """Return the description of a key, split at its dots; None if there is no such key."""
+    """Return the description of the key with the given parts; None if there is no such key."""
     rows = (row for row in scene_keys() if key_starts_with(row.key.split("."), parts))
     return next((row for row in rows if row.key.count(".") == len(parts) - 1), None)
 
@@ -176,7 +176,7 @@ def _near(scene: Scene, key: str) -> str:
 
 
 def scale_of(real: RealKey) -> float:
-    """Return a change of a number that counts as large, in its unit.
+    """Return a change that counts as large for a number, in the number's unit.
 
     It is 1 rad for angles, otherwise the magnitude of the number, or ``ZERO`` by unit for 0.
     """
@@ -192,11 +192,11 @@ ZERO = {"m": 1e-4, "kg": 1e-4, "kg m^2": 1e-7, "N m s/rad": 1e-4}
 _LEAST, MOST = 1e-5, 1e-2
 """Limits of the step h, as fractions of the key's ``scale_of``."""
 FACTORS = (1.0, 1 / 8, 8.0)
-"""Factors of the step, tried in this order until all derivatives are certain enough."""
+"""Factors on the step h, tried from left to right until all derivatives are certain enough."""
 ENOUGH = 1e-4
 """Uncertainty below which no further step is tried, as a fraction of the derivative."""
 _NO_INFLUENCE = 1e-7
-"""Same limit for keys with little influence, as a fraction of the result per ``scale_of``."""
+"""Limit like ``ENOUGH`` for keys with little influence, as a fraction of result / ``scale_of``."""
 _NEARBY = 1e-10
 """Distance between the runs that measure rounding, as a fraction of ``scale_of``."""
 ROUNDING, _ONE_SIDED = 4.0, 10.0
@@ -341,7 +341,7 @@ def _difference(
 
 
 def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarray) -> bool:
-    """Return whether all rows are certain enough, so that no other step is tried.
+    """Return whether all derivatives are certain enough, so that no other step is tried.
 
     Parameters
     ----------

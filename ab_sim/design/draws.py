@@ -111,7 +111,7 @@ class DrawnPoints:
         return {"spread": spread, "seed": self.seed, "first": list(self.at(0))}
 
     def of(self, count: int) -> "DrawnPoints":
-        """Return the same drives with another number of runs."""
+        """Return points that continue or shorten this series of drives to ``count`` runs."""
         return DrawnPoints(self.scene, self.tolerances, count, self.seed)
 
     def drawn(self, run_of: Callable[[str], int]) -> tuple[Any, ...]:
@@ -228,7 +228,7 @@ class ExchangedPoints:
         return self._drawn.drawn(lambda factor: 2 * pair + (factor == exchanged))
 
     def report(self) -> dict[str, Any]:
-        """Return the values that define the points, without their number; see ``Points``."""
+        """Return the values that define the points, except how many there are; see ``Points``."""
         return {**self._drawn.report(), "exchanged": list(self._drawn.factors)}
 
 

@@ -57,7 +57,7 @@ def modules_of(job: Job) -> set[str]:
 
 
 def has_settled(outcomes: Iterable[str]) -> np.ndarray:
-    """Return a mask of runs with a final whirl, or an upper bound of it, from their outcomes."""
+    """Return a mask of runs whose outcomes say that the final whirl, or a bound of it, is known."""
     return np.isin(np.asarray(outcomes, str), SETTLED)
 
 
@@ -160,7 +160,7 @@ class _Rows:
         self._without_metrics(place, FAILED, failure)
 
     def _without_metrics(self, place: int, outcome: str, reason: str) -> None:
-        """Record the outcome of the run at an index, and its reason; its metrics become null."""
+        """Record outcome and reason of the run at an index; all metrics of the run become null."""
         self.columns[OUTCOME][place], self.columns[FAILURE][place] = outcome, reason
         for key in self._metrics:
             self.columns[key][place] = None

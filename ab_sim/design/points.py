@@ -412,7 +412,7 @@ def check_within(keys: Sequence[str]) -> None:
 
 
 def _grid(variables: Sequence[Variable]) -> GridPoints:
-    """Return a grid over variables, each of which must have its values."""
+    """Return a grid over variables; refuse a range without a number of values."""
     for variable in variables:
         if isinstance(variable, Range):
             raise InputError(

@@ -206,7 +206,7 @@ class Candidates:
         return len(self.values) * self._task.draws
 
     def add(self, values: np.ndarray) -> range:
-        """Add candidates, shape (candidates, keys), and return the indices of their runs."""
+        """Add candidates, shape (candidates, keys), and return the indices of the added runs."""
         first = len(self)
         for row in values.tolist():
             pairs = zip(row, self._task.ranges, strict=True)

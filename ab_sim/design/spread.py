@@ -43,7 +43,7 @@ class SobolIndices(NamedTuple):
     missing: Mapping[str, str]
     """Reason of missing indices, by metric."""
     none: str = ""
-    """Reason why there are no pairs."""
+    """Reason why there are no pairs of drives, and thus no indices; empty if there are pairs."""
 
 
 class WorstRun(NamedTuple):
@@ -68,7 +68,7 @@ class DesignDifference(NamedTuple):
     """Comparison with another scene, run with the same draws."""
 
     runs: Sweep
-    """Runs of the other scene."""
+    """Runs of the other scene, one per draw."""
     balanced: np.ndarray
     """True for each run that is balanced, shape (runs,)."""
     share: ShareBalanced
@@ -270,7 +270,7 @@ def check_worst_folder(folder: Path) -> None:
 
 
 def share_text(share: ShareBalanced) -> str:
-    """Return a share and its interval as text in percent, with as many digits as it allows."""
+    """Return a share and its interval in percent, with as many digits as the interval justifies."""
     digits = max(0, min(4, 2 - int(np.floor(np.log10(200.0 * share.half_width)))))
     value, low, high = (f"{100.0 * x:.{digits}f}" for x in (share.value, share.low, share.high))
     return f"{value} % ({low} to {high} %)"

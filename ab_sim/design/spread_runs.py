@@ -63,7 +63,7 @@ class SpreadQuestion(NamedTuple):
     until: float | None = None
     """Half-width of the share's interval, 0 to 1, at which the study stops."""
     against: Scene | None = None
-    """Other design, run with the same draws."""
+    """Scene for comparison, run with the draws of this one; None: no comparison."""
 
 
 def run_spread(

@@ -76,25 +76,25 @@ class PairedShares(NamedTuple):
     both: int
     """Number of draws with which both designs are balanced."""
     only_first: int
-    """Number of draws with which only the first is balanced."""
+    """Number of draws with which only the first design is balanced."""
     only_second: int
-    """Number of draws with which only the second is balanced."""
+    """Number of draws with which only the second design is balanced."""
     neither: int
-    """Number of draws with which none is balanced."""
+    """Number of draws with which neither design is balanced."""
     difference: float
     """Share of the first minus share of the second."""
     low: float
     high: float
     """Limits of the difference's interval, ``low`` and ``high``."""
     p_value: float
-    """Probability that chance alone causes such a difference (McNemar's exact test)."""
+    """Probability of a difference at least this large by chance alone (McNemar's exact test)."""
 
 
 class MeanInterval(NamedTuple):
     """Mean of differences with Student's interval; median with that of order statistics."""
 
     pairs: int
-    """Number of pairs with a value in both designs."""
+    """Number of draws for which the metric has a value in both designs."""
     mean: float
     """Mean difference, in the metric's unit."""
     low: float
@@ -159,7 +159,7 @@ def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:
     phi = corrected_correlation(both, one, other, neither)
 
     def width(x: float, y: float) -> float:
-        """Combine the widths of both intervals, which are correlated by phi."""
+        """Return the width of a difference, from two widths of results with correlation phi."""
         return math.sqrt(max(x * x - 2.0 * phi * x * y + y * y, 0.0))
 
     difference = a.value - b.value
@@ -228,7 +228,7 @@ class SobolIndex(NamedTuple):
     first_interval: tuple[float, float]
     """Confidence interval of ``first``."""
     total: float
-    """Share of the factor and all its interactions."""
+    """Share of the variance due to the factor, interactions with other factors included."""
     total_interval: tuple[float, float]
     """Confidence interval of ``total``."""
 

@@ -401,7 +401,7 @@ class _Reader:
 
 
 _LEAST = 1e-6
-"""Components of a deviation below this fraction of the standard deviation are left out."""
+"""Fraction of a key's standard deviation up to which a component of the deviation is left out."""
 MOST_BYTES = 50_000_000
 """Largest size of a file with a fit."""
 

@@ -45,7 +45,7 @@ AS_IT_IS, NO_PERIOD = "as it is", "without its variable-speed period"
 NEAR = 0.05
 """Relative change of a key for the values next to the optimum."""
 _AT_A_BOUND = 0.01
-"""Distance from an end or limit, relative to the range or limit, that counts as being at it."""
+"""Distance up to which a range's end, or a bound, counts as reached; as a fraction of either."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,7 +57,7 @@ class Tuning(Presented):
     task: Task
     """Definition of the tuning, with a resolved accuracy."""
     runs: Sweep
-    """All runs in their order: one per draw of each candidate."""
+    """All runs: one per draw of each candidate, candidate after candidate."""
     candidates: np.ndarray
     """Values of the varied keys, shape (candidates, keys)."""
     scores: Scores
@@ -317,7 +317,7 @@ def _best_yet(aim: Aim, scores: Scores) -> str:
 
 
 def _judged(task: Task, values: Sequence[tuple[Any, ...]]) -> Scores:
-    """Return the scores of candidates outside the search, given by the values of their keys."""
+    """Return the scores of candidates outside the search, given by values of the varied keys."""
     candidates = Candidates(task, {})
     candidates.values.extend(values)
     points = [Point(run, candidates.at(run)) for run in range(len(candidates))]

@@ -31,11 +31,11 @@ from ab_sim.design.points import Points
 from ab_sim.engine.stepping.side_by_side import LANES
 
 CHUNK_SECONDS = 1.5
-"""Duration of a chunk [s], long compared with the cost of sending and storing it."""
+"""Duration of a chunk of runs [s], long compared with the time to send and store the results."""
 _MOST_OF_A_CHUNK = 65_536
 """Largest number of runs in a chunk."""
 _FEWEST = 4
-"""Least number of chunks, so that two processes have equal work if there is enough of it."""
+"""Number of chunks into which the remaining runs are divided at least, to share work evenly."""
 ENOUGH = 0.2
 """Least duration of a chunk from which the time of a run is derived [s]."""
 Executor = Workers | Cluster
@@ -106,7 +106,7 @@ class Parts:
             self._warn(error)
 
     def join(self, rows: pyarrow.Table) -> None:
-        """Replace many parts by one with all rows, so that a later start reads a single file."""
+        """Replace many part files by one with ``rows``: a later start reads a single file."""
         if self._folder is None:
             return
         before = set(self._folder.glob(f"*{_SUFFIX}"))
@@ -209,7 +209,7 @@ class StudyRuns:
         self._parts.__exit__(*raised)
 
     def rows(self, points: Points, runs: range, tell: Progress | None = None) -> pyarrow.Table:
-        """Return rows of some points in the order of their numbers; finished ones are reused.
+        """Return the rows of some runs, ordered by number; finished runs are reused.
 
         Parameters
         ----------

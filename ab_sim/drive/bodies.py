@@ -18,7 +18,7 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import DECK, SPINDLE, ball_frame
 
 _OFF_RACE = 0.01
-"""Largest distance of a ball's new position from its race, in race radii."""
+"""Largest distance from the race at which a ball's new position is accepted, in race radii."""
 Vector = Sequence[float]
 
 
@@ -35,9 +35,9 @@ class BodyRates(NamedTuple):
     """Velocity or acceleration of a body in the frame of the housing."""
 
     linear: Vector
-    """Rate of the position [m/s], or its derivative."""
+    """Velocity [m/s] or acceleration [m/s^2] of the body's position."""
     angular: Vector
-    """Angular velocity [rad/s], or its derivative."""
+    """Angular velocity [rad/s] or angular acceleration [rad/s^2] of the body."""
 
 
 UNKNOWN = BodyRates((math.nan,) * 3, (math.nan,) * 3)

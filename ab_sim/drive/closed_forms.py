@@ -18,7 +18,7 @@ from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 
 BALANCED = 1e-12
-"""Relative gap at which the sides of a polygon are taken to close it."""
+"""Gap, relative to the longest side, at which unbalance and ball moments form a closed polygon."""
 
 
 class Balance(NamedTuple):
@@ -29,7 +29,7 @@ class Balance(NamedTuple):
     residual: float
     """Residual unbalance [kg m]; 0 if the balls balance the rotor."""
     many: bool
-    """True if the position is one of a continuum of such positions."""
+    """True if the position is one of a continuum of equally good positions."""
 
 
 def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ class TimedDecision(NamedTuple):
     time: float
     """Time [s]."""
     text: str
-    """Action that begins at this time, and its reason, for users."""
+    """Action that begins at ``time``, and the reason for the action, in words for users."""
 
 
 class RunController(ABC):
@@ -53,9 +53,9 @@ class RunController(ABC):
 
     def __init__(self, scene: Scene, period: int, faults: Iterable[Fault]) -> None:
         self.decisions: list[TimedDecision] = []
-        """Decisions of the run so far, in order."""
+        """Decisions of the controller since the start of the run, in order of time."""
         self.aborted: TimedDecision | None = None
-        """Decision to ramp down, with its reason; None if there was none."""
+        """Decision to ramp down, with the reason; None while the run is not aborted."""
         self._step_ns = round(scene.solver.step * 1e9)
         self._per_command = period
         self._faults = SensedFaults(faults, scene)
@@ -76,7 +76,7 @@ class RunController(ABC):
         """
 
     def next(self, step: int) -> int:
-        """Return the first step after this one at which a command is due."""
+        """Return the first step after ``step`` at which a command is due."""
         return step - step % self._per_command + self._per_command
 
     def command(self, newest: Trajectory, step: int) -> float | None:
@@ -102,7 +102,7 @@ class RunController(ABC):
         """Return the speed to command at a step [rad/s]; None for no command."""
 
     def _time_of(self, step: int) -> float:
-        """Return the time of a step [s], bit-identical to that computed from its stamp [ns]."""
+        """Return the time of a step [s], bit-identical to the time from a stamp in nanoseconds."""
         return step * self._step_ns * 1e-9
 
 
@@ -166,7 +166,7 @@ class AdaptiveController(RunController):
         assert isinstance(profile, AdaptiveProfile)
         super().__init__(scene, profile.steps_per_command(step), faults)
         self.history: list[EstimatesAt] = []
-        """Estimates at each command so far."""
+        """Estimates of the drive's parameters at each command of the run so far."""
         self._decided = 0
         self._sensor, self._inputs = profile.sensor, {profile.sensor, SPINDLE}
         self._per_sample = steps_per_sample(scene.pickups[profile.sensor].sample_rate, step)

@@ -48,7 +48,7 @@ def explain(scene: Scene) -> dict[str, Any]:
 
 
 def _listed(values: Any) -> dict[str, Any]:
-    """Return a named tuple, and the tuples in it, as JSON-able values."""
+    """Return the fields of a named tuple as a JSON-able mapping, with tuples as lists."""
     fields = values._asdict()
     return {name: list(v) if isinstance(v, tuple) else v for name, v in fields.items()}
 
@@ -82,7 +82,7 @@ def _peak(scene: Scene) -> float:
 
 
 def _balance(scene: Scene) -> dict[str, Any] | None:
-    """Return the fields of ``Balance``, or the reason for which there is none."""
+    """Return the fields of ``Balance``, or the reason why a balanced position is not given."""
     if "race_runout" in scene.effects:
         return {"left_out": "the race has a runout"}
     if len({*scene.balls.races}) > 1:
@@ -93,7 +93,7 @@ def _balance(scene: Scene) -> dict[str, Any] | None:
 
 
 def _without_balls(scene: Scene) -> dict[str, Any]:
-    """Return the fields of the rotor without balls, or the reason for which there are none."""
+    """Return the fields of the rotor without balls, or the reason why they are left out."""
     if scene.deck is not None:
         return {"left_out": "the deck moves in space"}
     others = {name: effect for name, effect in scene.effects.items() if name != "suspension"}

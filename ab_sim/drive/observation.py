@@ -68,7 +68,7 @@ class Observation:
     motor_torque: float
     """Motor torque [N m]; NaN if the speed is prescribed."""
     readings: dict[str, np.ndarray]
-    """Reading of each sensor by name, on its axes [m/s^2], shape (2,), or (3,) in space."""
+    """Readings on the sensors' axes [m/s^2] by sensor, shape (2,), or (3,) for a deck in space."""
 
     @property
     def whirl(self) -> float:

@@ -30,7 +30,7 @@ NOISE_BLOCK = 1024
 """Number of steps whose noise is drawn together; the noise of a seed depends on it."""
 
 _STREAM = 0x616363656C65726F
-"""Half of the generator's key, which separates this noise from that of other uses of a seed."""
+"""Half of the generator's key, so that sensor noise differs from other draws with the seed."""
 
 
 class PickupState(NamedTuple):
@@ -51,7 +51,7 @@ class LowPass(NamedTuple):
     decay_i: float
     drive: float
     drive_i: float
-    """Real part of each factor, followed by its imaginary part."""
+    """Factors, each as real part and, with suffix ``_i``, imaginary part."""
 
 
 def _low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
@@ -168,7 +168,7 @@ class Pickup:
 
     @property
     def state(self) -> PickupState:
-        """State for a return to this instant; setting it restores it."""
+        """Present state of the sensor; assign an earlier one to return to that instant."""
         return PickupState(self._mode.copy(), self._force.copy(), self._reading.copy())
 
     @state.setter

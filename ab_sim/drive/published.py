@@ -26,7 +26,7 @@ class Template(NamedTuple):
     sample: Any
     """Sample from which the template is made; its numbers are placeholders."""
     numbers: Sequence[str]
-    """Names of the message's numbers, in the order of its fields."""
+    """Names of the numbers that fill the message, in the order of the message's fields."""
     sensor: str = ""
     """Sensor that reports the numbers; empty for the true state."""
 
@@ -35,7 +35,7 @@ class StateChannels(NamedTuple):
     """Names of the numbers in the messages of a drive's state."""
 
     namespace: str
-    """Namespace of the drive, part of its frames' names."""
+    """Namespace of the drive, which is also a part of all frame names."""
     channels: Sequence[str]
     balls: int
     sensors: Sequence[str]
@@ -52,11 +52,11 @@ class StateChannels(NamedTuple):
         return "qw" in self.channels
 
     def has(self, *channels: str) -> bool:
-        """Return whether all these channels exist."""
+        """Return whether the drive has all the named channels."""
         return {*channels} <= {*self.channels}
 
     def or_zero(self, *channels: str) -> list[str]:
-        """Return these names, with ``zero`` in place of missing ones: a planar deck has no z."""
+        """Return the names, with ``zero`` in place of missing channels: a planar deck has no z."""
         return [name if name in self.channels else "zero" for name in channels]
 
     def frame(self, name: str) -> str:

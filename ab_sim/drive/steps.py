@@ -40,7 +40,7 @@ class StepPlanPart(NamedTuple):
     table: np.ndarray
     """Rows of step ranges, with columns as in ``stepping.plan``."""
     first: int
-    """Number of step ranges of the plan before this part."""
+    """Index, in the whole plan, of the part's first step range."""
 
 
 DriverOf = Callable[[StepPlanPart], Callable[..., int]]
@@ -59,7 +59,7 @@ class StepPlan:
         taken = list(ahead)
         self._firsts = [step_range.first for step_range in taken]
         self._places: list[tuple[StepPlanPart, int]] = []
-        """Part of each step range, and its index in that part."""
+        """Part that contains each step range, and the step range's index in the part."""
         lines = [_line(*pair) for pair in pairwise([*taken, _END])]
         alike = groupby(zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.law))
         for kind, pairs in alike:
@@ -210,7 +210,7 @@ class Steps:
         return self._made[kind][1]
 
     def take(self, system: System) -> None:
-        """Continue with the numbers of another system of the same kind."""
+        """Continue with another system that differs from this one in numbers only."""
         self._system = system
         self._balls.constants[:] = system.balls
         self._balls.contacts[:] = system.contacts

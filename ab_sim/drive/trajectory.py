@@ -135,7 +135,7 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, in
 
 
 def _counted(name: str, value: int, least: int) -> int:
-    """Return a value if it is a whole number, at least ``least``; else raise an error."""
+    """Return a value as an int; refuse one that is not a whole number of at least ``least``."""
     try:
         # operator.index would accept a bool as 0 or 1.
         whole = None if isinstance(value, bool) else operator.index(value)
@@ -180,7 +180,7 @@ def is_ball_angle(channel: str) -> bool:
 
 @lru_cache
 def balls_in(channels: tuple[str, ...]) -> int:
-    """Return the number of balls whose angles are among these channels."""
+    """Return the number of balls whose angles are among the channels."""
     # Cached: a drive calls this at every observation.
     return sum(map(is_ball_angle, channels))
 

@@ -70,7 +70,7 @@ class TurnVector:
 
 
 def _continued(sums: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Append cumulative sums of further parts, with the same bits as in a single block."""
+    """Append cumulative sums of further parts, bit-identical to the sums over a single block."""
     return np.concatenate([sums[:-1], np.cumsum(np.concatenate([sums[-1:], parts]))])
 
 

@@ -29,8 +29,8 @@ PLATE = 1.7
 DISC = 1.3
 """Radius of the disc, in race radii."""
 MARK, MARK_PLACE = 0.07, 1.1
-"""Radius of the mark in the direction of the unbalance, and its distance from the shaft, in race
-radii."""
+"""Radius of the mark that shows the unbalance's direction, and distance of the mark from the shaft,
+in race radii."""
 _COLOURS = {
     "plate": "0.43 0.59 0.75 0.4",
     "mount": "0.75 0.75 0.47 1",
@@ -203,7 +203,7 @@ def _cylinder(
 
 
 def _text(numbers: Place) -> str:
-    """Return numbers as text with the fewest digits that identify them."""
+    """Return numbers as text, with as many digits as are needed to read back the same numbers."""
     return " ".join(repr(float(number)) for number in numbers)
 
 

@@ -23,7 +23,7 @@ Blocks of this size cover enough runs to make the overhead of numpy's calls smal
 """
 
 _COPIED_AT_ONCE = 2**22
-"""Number of sample values that are copied at a time to make them contiguous."""
+"""Largest number of sample values that are copied at a time into one contiguous array."""
 
 
 class JudgedPart(NamedTuple):
@@ -50,15 +50,15 @@ class _PreparedGroup:
         self.first, self._runs = runs[0], runs
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
-        """Return the start data of the runs at these rows."""
+        """Return the start data of the runs with some indices."""
         return LaneStarts.of([self._runs[row] for row in rows])
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
-        """Return the step plan key of each of these runs."""
+        """Return the step plan keys of the runs with some indices."""
         return [self._runs[row].step_plan_key for row in rows]
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """Return the data of these runs that metrics need."""
+        """Return the data that metrics need of the runs with some indices."""
         return JudgedRuns([self._runs[row].scene for row in rows], self.first.steps)
 
 
@@ -271,7 +271,7 @@ def _reported(
 
 
 def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
-    """Return a list of ``count`` entries with values at some places, None at the others."""
+    """Return a list of ``count`` entries: ``values`` at the indices ``places``, elsewhere None."""
     if len(values) == count:
         return values
     entries = [None] * count

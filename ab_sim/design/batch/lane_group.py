@@ -36,7 +36,7 @@ from ab_sim.model.spindle.step_ranges import StepRange
 
 
 def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type, LanePlan]:
-    """Return one plan for eight runs, cut at the breakpoints of each of them.
+    """Return one plan of steps for eight runs, cut at the breakpoints of every run.
 
     A run that divides a step into fewer parts than another gets additional parts of zero length,
     which do not change its state.

@@ -43,7 +43,7 @@ class StepPlanKey(NamedTuple):
     scheduled_segments: tuple[ScheduledSegment, ...]
     """Segments of the speed schedule."""
     grid: StepResolution
-    """Step, and the cycle that limits it along curved segments."""
+    """Step, and the cycle that limits the step along curved segments."""
 
     def step_ranges(self, steps: int) -> list[StepRange]:
         """Return the step ranges of the first ``steps`` steps."""
@@ -66,7 +66,7 @@ class _StepperRequest:
 
 @functools.lru_cache(maxsize=64)
 def _chosen(request: _StepperRequest) -> Choice:
-    """Return the choice, cached for runs that differ in their start or profile only."""
+    """Return the chosen stepper, cached for runs that differ only in their start or profile."""
     return choose_stepper(request.scene, request.system)
 
 

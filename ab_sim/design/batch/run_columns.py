@@ -63,7 +63,7 @@ class RunColumns:
         self._values = values
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
-        """Return the start data of the runs with these indices."""
+        """Return the start data of the runs with some indices."""
         run = self.first.with_numbers_of(_scene_of_columns(self.first.scene, self._values, rows))
         return LaneStarts.of_columns(run, len(rows))
 
@@ -72,7 +72,7 @@ class RunColumns:
         return [self.first.step_plan_key]
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """Return the data that metrics need of the runs with these indices."""
+        """Return the data that metrics need of the runs with some indices."""
         scenes = _LazyScenes(self.first.scene, self._values, rows)
         return JudgedRuns(scenes, self.first.steps, self._numbers(rows))
 
@@ -231,7 +231,7 @@ def _of_section(section: str, columns: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], rows: np.ndarray) -> np.ndarray:
-    """Return those of the rows whose runs are certainly valid, and stable with the base's stepper.
+    """Return the rows of runs that are certainly valid, and stable with the stepper of ``base``.
 
     Other runs may be valid, too; their scenes decide.
     """
@@ -246,7 +246,7 @@ def _sure(base: PreparedRun, columns: Mapping[str, np.ndarray], rows: np.ndarray
 
 
 def _stable(run: PreparedRun) -> Any:
-    """Return a mask of runs, from a run with columns, whose step is far enough from its limit.
+    """Return a mask of runs whose step is far enough below the limit of stability.
 
     The stability limit is that of ``check_step``; ``auto`` then does not divide the step.
     """

@@ -124,7 +124,7 @@ class Batch(Presented):
     The last runs of a group may have unused lanes. The other runs were computed one by one.
     """
     integration_seconds: float
-    """CPU time of this thread for the steps of all runs [s].
+    """CPU time that the calling thread spent on the steps of all runs [s].
 
     For runs one by one it includes the compilation of kernels for further kinds of profile
     segments.

@@ -146,7 +146,7 @@ class SpreadRuns(NamedTuple):
 
 
 class Running(NamedTuple):
-    """Number of runs, their seed, and how they are executed."""
+    """Number and seed of the runs of a design, and the executor that performs them."""
 
     runs: int
     """Number of runs of a design."""
@@ -219,15 +219,15 @@ def run_share(
 
 HOLDS, CONTRADICTED, UNDECIDED = "holds", "contradicted", "undecided"
 _TOO_LIGHT = 0.8
-"""Fraction of the required ball moment with which balls are shown to be too light."""
+"""Fraction of the required ball moment at which a run must show that balls are too light."""
 CLOSE = 0.02
 """Tolerance of the residual, as a fraction of the unbalance."""
 _BESIDE = 0.05
-"""Relative distance from the circulation border at which both sides are tested."""
+"""Relative distance of the two tested drags, one on each side, from the circulation border."""
 FAR = 10.0
-"""Drag, as a multiple of the window's highest, at which too few drives must balance in time."""
+"""Drag, as a multiple of the window's highest drag, at which too few drives balance in time."""
 _SAME_SPEED = 0.03
-"""Largest relative difference from the bunch's speed at which a ball still circulates in it."""
+"""Largest relative difference from the bunch's speed at which a ball belongs to the bunch."""
 NEARER = 4
 """Number of times a window's end is moved half-way to the chosen drag."""
 FAR_ABOVE, _BY_RUNS = "far above", ", by runs"

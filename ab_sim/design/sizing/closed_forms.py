@@ -284,7 +284,7 @@ def _settle_times(
 
 
 def stuck(balls: FittingBalls, specification: DriveSpecification) -> tuple[float, float]:
-    """Return the whirl [m] below which friction holds balls anywhere, and its unbalance [kg m].
+    """Return the whirl [m] below which friction holds balls anywhere, and the unbalance [kg m].
 
     The deck's whirl W pulls a ball along the race by m w^2 W at most. Rolling friction holds it up
     to (arm / a) m R w^2, that is up to W = R arm / a. At the running speed an unbalance of

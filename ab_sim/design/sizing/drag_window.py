@@ -36,7 +36,7 @@ The window must be ``_ROOMY`` times as wide as the drag's tolerance, or have ``_
 logarithmic width of the widest window.
 """
 SPAN = 300.0
-"""Largest ratio of a drag to the border in the search, both up and down."""
+"""Largest factor between a searched drag and the circulation border, above or below."""
 _LOOKS = 36
 """Number of drags at which the share is computed."""
 _BISECTIONS = 10

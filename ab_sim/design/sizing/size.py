@@ -65,13 +65,13 @@ class Sizing(Presented):
     scene: Scene | None
     """Start-up of the chosen drive, with the largest unbalance and colliding balls."""
     runs: SpreadRuns | None
-    """Runs of that scene over its spread."""
+    """Runs of ``scene`` over its spread, if any."""
     at_drags: dict[str, DragRuns]
     """Runs at the lowest and highest drag of the drag window, and far above the window."""
     claims: tuple[SizingClaim, ...]
     """Claims with the results of runs."""
     tried: tuple[tuple[int, SpreadRuns], ...]
-    """Numbers of balls with too few balanced runs, and these runs."""
+    """Rejected numbers of balls, each with the runs of which too few balanced."""
 
     @property
     def found(self) -> bool:

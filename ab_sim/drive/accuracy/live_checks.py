@@ -35,7 +35,7 @@ from ab_sim.scene.model import Scene
 WINDOW = 1000
 """Number of the drive's steps in a window if checks keep up with the drive."""
 SHORTEST = 125
-"""Number of steps in the first window, and in those of checks that do not keep up."""
+"""Number of the drive's steps in the first window, and in windows if checks do not keep up."""
 _SHARPER = 1e-3
 """Factor on a stepper's tolerance for the comparison run, whose own error is then negligible."""
 SLICE = 128
@@ -62,7 +62,7 @@ class _Part(NamedTuple):
     first: int
     """Number of the first step."""
     taken: Trajectory
-    """Samples of these steps."""
+    """Samples of the drive, beginning with step ``first``."""
 
     @property
     def last(self) -> int:
@@ -101,7 +101,7 @@ class LiveChecks:
 
     @property
     def share(self) -> float:
-        """Share of checks in the total CPU time so far."""
+        """CPU time of checks so far, as a fraction of the CPU time of checks and all other work."""
         return self._spent / max(self._spent + self._worked, 1e-9)
 
     @property
@@ -151,12 +151,12 @@ class LiveChecks:
         self._give(lambda drive: drive.follow(speeds, acceleration))
 
     def _give(self, command: Callable[[Drive], None]) -> None:
-        """Apply a command to the drive, and keep it for the comparison run."""
+        """Apply a command to the drive, and keep the command for the comparison run."""
         command(self._drive)
         self._commands = (*self._commands, command)
 
     def advance(self, steps: int) -> Trajectory:
-        """Call ``Drive.advance`` and record its samples."""
+        """Call ``Drive.advance`` and record the returned samples for a check."""
         if self._window is None:
             begin = time.thread_time()
             self._window = self._begin_window()
@@ -185,7 +185,7 @@ class LiveChecks:
         self.latest = self.largest = self._now = _NONE_YET
 
     def work(self, seconds: float) -> None:
-        """Check one slice, if the share allows it.
+        """Check one slice of steps, if the allowed share of CPU time is not exceeded.
 
         Parameters
         ----------

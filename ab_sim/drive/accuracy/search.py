@@ -125,7 +125,7 @@ def share_of(requested: Accuracy, angle: float, whirl: float) -> float:
 
 
 ALIKE = 1.15
-"""Ratio of prices below which they are equal, due to the scatter of CPU times of short runs."""
+"""Ratio of CPU times up to which two settings are equally cheap, as short runs scatter."""
 _SHARPER = 10.0
 """Required ratio of the allowed error, with ``SAFETY``, to the difference of the references."""
 _STALLED = 3
@@ -223,7 +223,7 @@ class _Search:
             )
 
     def choose(self) -> tuple[Scene, WorkPrecision]:
-        """Find the reference, then accurate settings, then the cheapest of them."""
+        """Return the scene with the cheapest accurate solver, and measurements that justify it."""
         self._find_reference()
         settings = [self._longest_passing(self._first)]
         for stepper in self._tolerant:
@@ -376,7 +376,7 @@ class _Search:
         return []
 
     def _between(self, one: Tried, other: Tried) -> Deviation:
-        """Return the largest differences between two runs, at the times that both have sampled."""
+        """Return the largest differences between two runs, at times sampled in both runs."""
         common = math.gcd(one.kept, other.kept)
         a, b = (samples.samples.every(samples.kept // common) for samples in (one, other))
         return deviation(a, b, self.scene.whirl_unit[0])

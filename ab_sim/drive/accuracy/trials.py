@@ -32,7 +32,7 @@ class Samples(NamedTuple):
 
     @classmethod
     def of(cls, trajectory: Trajectory) -> "Samples":
-        """Return copies of a trajectory's samples, so that the rest can be released."""
+        """Return copies of compared samples of a trajectory, whose memory can then be released."""
         return cls(trajectory.position.copy(), trajectory.ball_angles.copy())
 
     def every(self, n: int) -> "Samples":
@@ -50,7 +50,7 @@ class Deviation(NamedTuple):
     angle_end: float
     """Difference of ball angles at the last sample [rad]."""
     whirl_end: float
-    """Length of the difference of displacements at the last sample, in the same unit."""
+    """Length of the difference of displacements at the last sample, in the unit of ``whirl``."""
 
 
 def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
@@ -97,14 +97,14 @@ LONGEST = 1.0
 _MOST_SECONDS = 300.0
 """Budget of CPU time for measurements [s]."""
 _ROUNDS, ENOUGH = 5, 1.0
-"""Number of rounds in which finalists are timed, and CPU time that ends them early [s]."""
+"""Number of rounds in which finalists are timed, and CPU time after which rounds end early [s]."""
 PROBE = 500
 """Approximate number of steps of the first run of each method, which may compile a kernel."""
 _NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
 
 
 class Timed(NamedTuple):
-    """Samples of a finished run, and the CPU time that it took."""
+    """Samples of a finished run, and the CPU time of the run."""
 
     samples: Samples
     seconds: float
@@ -120,7 +120,7 @@ class Tried:
     """Stepper and step that have been tried, with the result of the run."""
 
     scene: Scene
-    """Scene with this stepper and step as its solver."""
+    """Scene whose solver is the tried stepper and step."""
     stepper: Stepper
     rung: int
     """Divisor of the longest step that gives the run's step."""
@@ -128,7 +128,7 @@ class Tried:
     """Samples per longest step; a divisor of the rung."""
     samples: Samples
     seconds: float
-    """Least CPU time of its runs [s]."""
+    """Least CPU time of all runs with this stepper and step [s]."""
 
     @property
     def step(self) -> float:
@@ -267,7 +267,7 @@ class Trials:
                 return
 
     def _go(self, scene: Scene, steps: int, every: int) -> Timed:
-        """Run a scene, report it before, and account for its CPU time afterwards."""
+        """Report a scene, run it, and add the run's CPU time to the time spent."""
         name = scene.solver.stepper
         if self._tell is not None:
             first = "" if name in self._per_step else ", compiled first if necessary"

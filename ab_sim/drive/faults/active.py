@@ -25,7 +25,7 @@ class SensorReadings(NamedTuple):
     present: Trajectory
     """Sample with the readings; angles count from the mark of the unbalance on the hub."""
     silent: Set[str]
-    """Sensors that report nothing this time."""
+    """Names of sensors that report nothing at the present step."""
 
 
 class ActiveFaults:
@@ -67,7 +67,7 @@ class ActiveFaults:
         return held_balls(fault for fault in self.faults if fault.verb == "lost")
 
     def restart(self, now: int) -> None:
-        """Restart all faults at this step, with the disc back in its place."""
+        """Restart all faults at step ``now``, with the disc in its initial angle on the hub."""
         self.slipped, self._jerked = 0.0, now
         self._sensed.restart(now)
 

@@ -38,7 +38,7 @@ class Fault(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Return the fault as ``faults_of`` parses it."""
+        """Return the fault as text, in the form that ``faults_of`` parses."""
         words = f"{self.component} {self.verb}"
         return words if self.size is None else f"{words} {exact(self.size)}"
 
@@ -47,7 +47,7 @@ class FaultKind(NamedTuple):
     """Kind of fault: its meaning, the components that can have it, and its size."""
 
     meaning: str
-    """Behaviour of a component with this fault."""
+    """Behaviour of a component with the fault, in words."""
     components: Callable[[Scene], Sequence[str]]
     """Function that returns the components of a scene that can have the fault."""
     size: str = ""
@@ -134,7 +134,7 @@ KINDS = {
         "not 0, from -pi to pi",
     ),
 }
-"""Kinds of faults by their verbs."""
+"""Kinds of faults by the verb that stands in a fault's text."""
 OF_BALLS = ("sticks", "lost")
 _OF_THE_PLANT = (*OF_BALLS, "softens")
 """Kinds that change constants of the equations of motion."""
@@ -296,7 +296,7 @@ class SensedFaults:
         return steps, self.altered(name, readings.T, steps).T
 
     def altered(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        """Return the readings of one sensor with the effect of its faults, same shape.
+        """Return the readings of one sensor after its faults have altered them, shape as ``true``.
 
         Parameters
         ----------

@@ -152,7 +152,7 @@ def _mass_matrix(
 
 
 def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System, np.ndarray]:
-    """Return the system and its state reduced to a single ball."""
+    """Return system and state with all balls left out except one."""
     layout = layout_of(system)
     one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)))
     ball_state = state[layout.angles.start + ball], state[layout.rates.start + ball]
