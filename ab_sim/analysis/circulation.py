@@ -26,7 +26,7 @@ class Circulation(NamedTuple):
     """Circulating balls at the end of a run."""
 
     balls: tuple[int, ...]
-    """Indices of the balls."""
+    """Indices of the circulating balls."""
     speeds: tuple[float, ...]
     """Mean absolute speed of each ball in ``balls`` [rad/s]."""
     spindle_speed: float

@@ -60,7 +60,7 @@ class Quartiles(NamedTuple):
     upper: float
     """Upper quartile; a quarter of the repeats is above it."""
     least: float
-    """Minimum."""
+    """Least value of all repeats."""
 
     @classmethod
     def of(cls, values: np.ndarray) -> "Quartiles":

@@ -49,7 +49,7 @@ class OfflineRun(Presented):
     events: int
     """Number of located events: reversals, sticking, release, impacts, limits of the motor."""
     steps_with_unresolved_events: int
-    """Number of steps with more events than are located, plus instants without valid branches."""
+    """Number of steps with too many events, plus instants without valid branches."""
     metrics: Metrics
     """Metrics of the run."""
     work_precision: WorkPrecision | None

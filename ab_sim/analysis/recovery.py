@@ -305,7 +305,7 @@ class Composite:
     """Composite index of settling time and maximum amplitude."""
 
     factor: float
-    """Weight of the amplitude [s/m]."""
+    """Weight of the maximum amplitude in ``index`` [s/m]."""
     index: tuple[float | None, ...]
     """Index at each drag [s]; None if the whirl does not settle."""
     best: int

@@ -21,9 +21,9 @@ class Peaks(NamedTuple):
     """Largest whirl of each run."""
 
     whirl: np.ndarray
-    """Whirl [m], shape (runs,)."""
+    """Largest whirl [m], shape (runs,)."""
     time: np.ndarray
-    """Time [s], shape (runs,)."""
+    """Time of the largest whirl [s], shape (runs,)."""
 
 
 def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
@@ -209,11 +209,11 @@ class AdaptiveOutcome(NamedTuple):
     """Actions and estimates of a controller during a run."""
 
     state: State
-    """State at the end."""
+    """State of the controller at the end of the run."""
     words: str
     """Text for users: the controller's state at the end, and its reason."""
     estimates: Estimates
-    """Estimates at the end."""
+    """Estimates of the drive's parameters at the end of the run."""
     history: tuple[EstimatesAt, ...]
     """Estimates at each command period, including the start."""
 

@@ -78,7 +78,7 @@ class Presented:
     """Base class of results that can be displayed; not created by users."""
 
     _picture: ClassVar[str] = ""
-    """Name in ``ab_sim.show.result_figures.DRAWN``."""
+    """Name of the result's picture in ``ab_sim.show.result_figures.DRAWN``."""
     _rows: ClassVar[int] = ROWS
 
     def _facts(self) -> Mapping[str, str]:

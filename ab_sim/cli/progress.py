@@ -13,7 +13,7 @@ from ab_sim.base.presentation import Progress
 from ab_sim.cli.outputs import people
 
 EVERY = 10.0
-"""Time between two lines [s]."""
+"""Time between two lines of progress, where a bar cannot be shown [s]."""
 _SIGNAL_DELAY = 0.3
 """Time to wait after an error for a signal that may have caused it [s]."""
 

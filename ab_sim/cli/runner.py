@@ -60,7 +60,7 @@ class Command(NamedTuple):
     kept_files: str | None = None
     """Text on the files that remain after Ctrl-C; None: Ctrl-C ends the process immediately."""
     outputs: Sequence[Output] = ()
-    """Files other than JSON and picture."""
+    """Files that the command writes, other than JSON and picture."""
 
     def run(self, json: str | None = None, plot: Path | None = None) -> None:
         """Run the command, with the values of ``--json`` and ``--plot``.

@@ -53,7 +53,7 @@ from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
 
 _MOST_PLACES = 6
-"""Largest number of places in a line of the table."""
+"""Largest number of ball places that a line of the table lists."""
 
 
 def equilibria_command(options: EquilibriaOptions | StabilityOptions) -> Command:

@@ -53,18 +53,18 @@ It limits how near a dwell is to the critical speed: nearer, the whirl drives ba
 direction.
 """
 LAG_STEP = 0.25
-"""Relative change of that tangent from one dwell to another."""
+"""Relative change of ``LARGEST_LAG`` from one dwell to another."""
 LEAST_DISTANCE = 0.06
 MOST_DISTANCE = 0.3
 """Least and largest distance of ratio^2 from 1; the least for a critical speed of half the final
 speed."""
 RISING = 0.09
-"""Rate of |q| beyond which balls are driven in the wrong direction: the speed then rises ..."""
+"""Rate of rise of |q| beyond which balls are driven in the wrong direction."""
 UP = 0.55
 DOWN = 0.1
-"""... by this ratio per time, and falls again while |q| falls."""
+"""Rise of the ratio per time beyond ``RISING``, and fall of the ratio back per time otherwise."""
 AWAY = 0.3
-"""Rise of the ratio at which the dwell ends."""
+"""Rise of the ratio by ``UP`` at which the dwell ends."""
 FALLING = 0.5
 """Rate at which |q| must fall, or a dwell counts as stagnant; for a critical speed of half the
 final speed."""

@@ -29,7 +29,7 @@ from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
 
 _METRICS = ("verdict", "residual_unbalance", "final_whirl_over_e")
-"""Metrics of each run."""
+"""Metrics from which the outcome of a run is determined."""
 SAMPLES = 1000
 """Minimum number of samples of a run from which metrics are computed."""
 _CHUNK = 32
@@ -56,7 +56,7 @@ class BasinEnd(NamedTuple):
     """Outcome of a run."""
 
     label: int
-    """Key of ``NAMES``."""
+    """Outcome of the run, a key of ``NAMES``."""
     residual_unbalance: float | None
     """Residual |M0 e + sum m_i R exp(i theta_i)| / (M0 e), over the last tenth; None without a
     run."""

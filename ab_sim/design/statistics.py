@@ -224,7 +224,7 @@ class SobolIndex(NamedTuple):
     factor: str
     """Name of the factor."""
     first: float
-    """Share of the factor alone."""
+    """Share of the variance due to the factor alone."""
     first_interval: tuple[float, float]
     """Confidence interval of ``first``."""
     total: float

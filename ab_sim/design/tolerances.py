@@ -119,7 +119,7 @@ class Loading(NamedTuple):
     """Multiple, of either sign, of a standard normal number shared with other tolerances."""
 
     size: float
-    """Factor, in the key's unit."""
+    """Factor on the shared normal number, in the key's unit."""
 
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return quantiles, see ``Normal``."""

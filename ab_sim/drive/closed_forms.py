@@ -25,7 +25,7 @@ class Balance(NamedTuple):
     """Positions in which balls balance the rotor, or leave the least unbalance."""
 
     angles: tuple[float, ...]
-    """theta_i [rad], from 0 to 2 pi."""
+    """Ball angles theta_i from the unbalance [rad], from 0 to 2 pi."""
     residual: float
     """Residual unbalance [kg m]; 0 if the balls balance the rotor."""
     many: bool

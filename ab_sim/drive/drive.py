@@ -132,7 +132,7 @@ class Drive:
 
     @property
     def steps_with_unresolved_events(self) -> int:
-        """Return the number of steps with too many events, plus instants without a solution.
+        """Return the number of steps with too many events, plus instants without valid branches.
 
         Results are less accurate there.
         """

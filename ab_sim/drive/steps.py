@@ -36,7 +36,7 @@ class StepPlanPart(NamedTuple):
     """Step ranges along segments of one kind, which one call of the driver can take."""
 
     kind: type
-    """Kind of the segments."""
+    """Class of the law of speed over time in the part's segments."""
     table: np.ndarray
     """Rows of step ranges, with columns as in ``stepping.plan``."""
     first: int

@@ -36,7 +36,7 @@ class SampleTimes(NamedTuple):
     """Sample times at whole multiples of a period, at which steps of all runs end."""
 
     period: float
-    """Period [s]."""
+    """Time between two sample times [s]."""
     number: int
     """Number of sample times."""
     parts: int = 1

@@ -36,7 +36,7 @@ from ab_sim.scene.model import Scene
 NODES, _ITERATIONS = 8, 60
 """Number of collocation nodes, and largest number of iterations of a step."""
 LONGEST = 1e-3
-"""Longest step [s]."""
+"""Longest step of the reference solution by collocation [s]."""
 _STEP_TIMES_RATE = 1.0
 """Largest product of step and fastest rate; the iteration then converges in about 20 rounds."""
 SETTLED = 3e-16
@@ -246,7 +246,7 @@ class Reference(NamedTuple):
     """Reference solution."""
 
     text: str
-    """Description for the user."""
+    """Description of the reference solution, for the user."""
     shares: tuple[str, ...]
     """Code shared with the package's methods; with ``EQUATIONS`` alone the reference is independent
     of them."""

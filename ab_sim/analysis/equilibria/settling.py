@@ -39,11 +39,11 @@ class DisturbanceOutcome(NamedTuple):
     coordinate: str
     """Sign of the disturbance and name of the state."""
     start: float
-    """Initial distance."""
+    """Distance of the disturbed state from the resting state at the start."""
     middle: float
-    """Distance after half the time."""
+    """Distance from the resting state after half the time."""
     rest: float
-    """Final distance."""
+    """Distance from the resting state at the end."""
 
     @property
     def returned(self) -> bool:

@@ -42,7 +42,7 @@ CLOSED = 1e-9
 Newton's last step usually reaches rounding.
 """
 _ROUNDED = 1e-14
-"""Gap at which Newton's method stops."""
+"""Gap of a periodic solution at which Newton's method stops, in units of ``TurnMap.scale``."""
 _NEWTON = 60
 """Largest number of Newton iterations."""
 FARTHEST = 0.5

@@ -14,7 +14,7 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 MOST = 50
-"""Largest number of values."""
+"""Largest number of values of the third parameter, each of which takes a map."""
 
 
 class Family(NamedTuple):

@@ -43,19 +43,19 @@ class RunNumbers(NamedTuple):
     eccentricity: np.ndarray
     """Eccentricity e [m], shape (runs,)."""
     disc_alone: np.ndarray
-    """Whirl M0 e / M of the disc without balls far above the critical speed [m], same shape."""
+    """Whirl M0 e / M far above the critical speed, without balls [m], shape (runs,)."""
     unbalance: np.ndarray
-    """Unbalance M0 e [kg m], same shape."""
+    """Unbalance M0 e [kg m], shape (runs,)."""
     couple: np.ndarray
-    """Couple ``Scene.couple_unbalance`` [kg m^2], complex, same shape."""
+    """Couple ``Scene.couple_unbalance`` [kg m^2], complex, shape (runs,)."""
     moments: np.ndarray
     """Ball moments m_i R [kg m], shape (runs, balls)."""
     heights: np.ndarray
-    """Height of each ball's race along the shaft [m], same shape."""
+    """Height of each ball's race along the shaft [m], shape (runs, balls)."""
     turning: np.ndarray
     """Rotating mass: M0 and all balls [kg], shape (runs,)."""
     start_speed: np.ndarray
-    """Spindle speed at the start [rad/s], same shape."""
+    """Spindle speed at the start [rad/s], shape (runs,)."""
     start_angles: np.ndarray
     """Ball angles at the start [rad], shape (runs, balls)."""
     most_unbalance: np.ndarray

@@ -35,9 +35,9 @@ class Hold(NamedTuple):
     """Variable-speed period that holds the speed."""
 
     start_speed: float
-    """Held speed [rad/s]."""
+    """Speed that the start-up holds [rad/s]."""
     duration: float
-    """Duration [s]."""
+    """Duration of the hold [s]."""
 
 
 def scene_of(
@@ -255,7 +255,7 @@ class DragRuns(NamedTuple):
     predicted: float
     """Predicted share of drives balanced in time."""
     runs: SpreadRuns
-    """Runs at this drag."""
+    """Runs of drives with the drag ``drag``."""
 
     def report(self) -> dict[str, Any]:
         """Return the runs as JSON-able values."""

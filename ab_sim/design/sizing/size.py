@@ -61,7 +61,7 @@ class Sizing(Presented):
     chosen: SizedBalls | None
     """Chosen balls; None if nothing was found."""
     hold: Hold | None
-    """Hold of the start-up; None if it needs none."""
+    """Speed and duration that the start-up holds; None for a start-up without a hold."""
     scene: Scene | None
     """Start-up of the chosen drive, with the largest unbalance and colliding balls."""
     runs: SpreadRuns | None

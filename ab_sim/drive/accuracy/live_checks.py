@@ -46,9 +46,9 @@ class ErrorEstimate(NamedTuple):
     """Largest differences from the run with half the step, within a window."""
 
     angle: float
-    """Difference of a ball angle [rad]."""
+    """Largest difference of any ball's angle [rad]."""
     whirl: float
-    """Difference of the deck's displacement, in units of e; in race radii if e = 0."""
+    """Largest difference of the deck's displacement, in units of e; in race radii if e = 0."""
 
 
 _NONE_YET = ErrorEstimate(0.0, 0.0)

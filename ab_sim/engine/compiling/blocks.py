@@ -114,7 +114,7 @@ class BlockWriter:
         return name
 
     def end(self, text: str) -> None:
-        """Append the terminator of the current block, unless it has one."""
+        """Append a terminator to the current block, unless the block is already ended."""
         if self.open:
             self.lines.append(text)
         self.open = False
@@ -175,7 +175,7 @@ class BlockWriter:
         return value
 
     def made(self, kind: Kind, flat: Iterator[str]) -> Value:
-        """Return a value of a kind, assembled from LLVM's names of its leaves."""
+        """Return a value of a kind, assembled from the LLVM names of the value's leaves."""
         if isinstance(kind, Scalar):
             return Number(kind, next(flat))
         if isinstance(kind, Array):

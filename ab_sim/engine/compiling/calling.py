@@ -205,7 +205,7 @@ class _Entry:
         returned = _RETURNED[of_result] if isinstance(of_result, Scalar) else None
         call = ctypes.CFUNCTYPE(returned, ctypes.c_void_p, ctypes.c_char_p)(address)
         self.run: Callable[[int, bytes], Any] = call
-        """Callable that takes the address of the first argument's block, and the others' block."""
+        """Callable of the address of the first argument's block and the other arguments' block."""
         if isinstance(of_result, RecordKind):
             self.run = functools.partial(_record_from, call, of_result, _struct(leaves(of_result)))
 
@@ -278,14 +278,14 @@ def _struct(kinds: Sequence[str]) -> struct.Struct:
 def _record_from(
     call: Callable[..., None], kind: RecordKind, of_leaves: struct.Struct, first: int, others: bytes
 ) -> Any:
-    """Return a record result, which the function writes after the arguments in their block."""
+    """Call a function and return its record, which it writes after the arguments in the block."""
     block = ctypes.create_string_buffer(others + bytes(of_leaves.size))
     call(first, block)
     return _made(kind, iter(of_leaves.unpack_from(block, len(others))))
 
 
 def _made(kind: Kind, flat: Iterator[Any]) -> Any:
-    """Return a result assembled from its leaves."""
+    """Return a result of a kind, assembled from its leaves."""
     if isinstance(kind, Scalar):
         return next(flat)
     assert isinstance(kind, RecordKind)

@@ -309,7 +309,7 @@ class Expressions(Operations):
         )
 
     def _callee(self, node: ast.expr) -> tuple[Any, list[Value]]:
-        """Return what a call names, and the record if that is a method of its class."""
+        """Return the callee of a call, and the record if the callee is a method of its class."""
         callee = self.static(node)
         if callee is MISSING and isinstance(node, ast.Attribute):
             owner = self.value(node.value)

@@ -19,11 +19,11 @@ from ab_sim.tracing.machine_code import CONTROL, MachineCode
 
 
 class Kept(NamedTuple):
-    """Compiled function, and the flags for which it was compiled."""
+    """Compiled function, and the values of flags for which the machine code is valid."""
 
     translated: Translated
     flags: dict[str, bool | None]
-    """Flags on which the code depends, with their known values; None if not known."""
+    """Values of the flags on which the code depends; None for a flag without a known value."""
 
 
 class Library:
@@ -43,7 +43,7 @@ class Library:
         self._lock = threading.Lock()
 
     def find(self, function: FunctionType, flags: Mapping[str, bool]) -> Kept | None:
-        """Return a function that was compiled for these flags, or None."""
+        """Return the machine code of a function for values of flags; None if not yet compiled."""
         for compiled in self._kept.get(function, ()):
             if all(flags.get(name) == value for name, value in compiled.flags.items()):
                 return compiled

@@ -118,7 +118,7 @@ def for_class(function: FunctionType, cls: type) -> FunctionType:
 
 
 class Signature(NamedTuple):
-    """Information about a function that its callers need."""
+    """Name, arguments and result of a function, as its callers need them."""
 
     symbol: str
     """Name in LLVM IR, without @."""

@@ -166,7 +166,7 @@ class FunctionTranslator(Conditions):
             self.store(value, slot)
 
     def _slot(self, name: str, kind: Kind) -> tuple[Kind, str]:
-        """Return kind and stack slot of a local variable, allocated at its first assignment."""
+        """Return kind and stack slot of a local variable; the first assignment allocates it."""
         if name not in self.slots:
             slot = f'%"{name}.slot"'
             of = kind.llvm if isinstance(kind, Scalar) else f"[{len(leaves(kind))} x i64]"

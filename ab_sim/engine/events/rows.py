@@ -27,7 +27,7 @@ CLOSED = 4
 SHIFT = 5
 """Column per ball: speed by which its bounce shifts it, in impacts only."""
 HOP = 6
-"""Column per contact: largest difference of its balls' g at which they stay together."""
+"""Column per contact: largest difference of LEVEL at which the two balls stay together."""
 FIRST = 7
 """Column per pool: place of its first ball in the row."""
 _POOL_INERTIA, _POOL_PULL, _POOL_HOLD, _POOL_COARSE, _POOL_LEVEL = 8, 9, 10, 11, 12
@@ -58,7 +58,7 @@ def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
 
 
 def _put_level(rows: Table, pool: int) -> None:
-    """Compute g of a pool from its sums."""
+    """Compute the common acceleration g of a pool's balls from the pool's sums."""
     rows[pool, _POOL_LEVEL] = level(
         rows[pool, _POOL_INERTIA],
         rows[pool, _POOL_PULL],

@@ -131,7 +131,7 @@ class Workspace(NamedTuple):
     rows: Table
     """Rows of touching balls at an instant, shape (n, WIDTH): see ``rows``."""
     near: Table
-    """State shortly after another one, and its slope; shape (2, states)."""
+    """State ``SHORTLY`` after another one, for forward differences, and its slope; (2, states)."""
     near_value: Table
     """Event functions, rounding errors and rates for ``near``; shape (3, slots)."""
     force_rate: Table
@@ -152,7 +152,7 @@ class Run(NamedTuple):
     work: Workspace
     """Work arrays; if a state left its bounds, ``trial`` holds it."""
     state: Floats
-    """Last state within its bounds."""
+    """Newest state that is within its bounds."""
     step: float
     """Length of a step [s]."""
     place: int
@@ -165,7 +165,7 @@ class Run(NamedTuple):
     quaternion: int
     """Index of the quaternion of a deck in space in the state; -1 for a deck in the plane."""
     has_events: bool
-    """True if there are set-valued laws."""
+    """True if the scene has set-valued laws, so that steps are searched for events."""
 
 
 def evaluate(run: Run, time: float, state: Floats, slope: Floats) -> None:

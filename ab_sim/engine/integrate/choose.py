@@ -143,7 +143,7 @@ USUAL = "rk8"
 STIFF = "imex8"
 """Stepper that ``auto`` takes if, because of drag, it needs fewer evaluations than ``USUAL``."""
 _FEW_PARTS = 4
-"""Number of parts of a step up to which ``USUAL`` is preferred, as it is more accurate."""
+"""Number of parts of a step up to which the more accurate ``USUAL`` is preferred to ``STIFF``."""
 _MOST_PARTS = 1024
 """Maximum number of parts of a step."""
 FOLLOWED = 0.5
@@ -184,7 +184,7 @@ def _effort(stepper: Stepper) -> int:
 
 
 def step_limiting_rates(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
-    """Return those of ``linear_rates`` that limit a stepper's step."""
+    """Return the rates, from ``linear_rates``, that limit the step of a stepper."""
     return {what: rate for what, rate in rates.items() if what != DRAG or not stepper.solves_drag}
 
 
