@@ -342,7 +342,7 @@ def run_sweep(
 
 
 def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
-    """Return a sweep of computed rows, one per point in their order."""
+    """Return a sweep from computed rows, one row per point, in the order of the points."""
     about = points.report()
     return Sweep(job.scene, job.keys, job.metrics, about, table_of(job, points, rows))
 

@@ -394,7 +394,7 @@ class NearMiss(NamedTuple):
 
 
 def near_misses(tuning: Tuning) -> Iterator[NearMiss]:
-    """Yield a diagnosis per bound, in their order."""
+    """Yield a diagnosis for each bound, in the order of the bounds."""
     settled = has_settled(tuning.runs[OUTCOME])
     for bound in tuning.task.bounds:
         measure = MEASURES.get(bound.metric, bound.metric)

@@ -382,7 +382,7 @@ class _Search:
         return deviation(a, b, self.scene.whirl_unit[0])
 
     def _share(self, error: Deviation) -> float:
-        """Return the error relative to the requested one."""
+        """Return the larger ratio of error to requested accuracy; at most 1 if both are met."""
         return share_of(self.requested, error.angle, error.whirl)
 
     def _passes(self, tried: Tried) -> bool:
