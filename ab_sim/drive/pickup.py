@@ -55,7 +55,7 @@ class LowPass(NamedTuple):
 
 
 def _low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
-    """Filter step by step, so that the result does not depend on how calls are grouped.
+    """Apply a sensor's low-pass step by step: the result does not depend on the grouping of calls.
 
     Parameters
     ----------

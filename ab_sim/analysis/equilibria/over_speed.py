@@ -59,7 +59,7 @@ class StateSummary(NamedTuple):
 
 @dataclass(frozen=True)
 class BranchInterval:
-    """Branch between two speeds, within which no state of its pattern begins or ends."""
+    """Part of a branch over speeds between which no resting state of its pattern begins or ends."""
 
     label: str
     """Label of the branch, as in ``RestingState``."""

@@ -330,7 +330,7 @@ def follow(
 
 
 def _search(points: Sequence[FollowedPoint], value: float) -> tuple[Secant | None, float]:
-    """Return the secant through the last two solutions and the position of a value on it.
+    """Return the secant through the last two solutions, and a value's position on the secant.
 
     Parameters
     ----------

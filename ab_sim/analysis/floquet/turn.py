@@ -160,7 +160,7 @@ class TurnMap:
         return start_state(self.scene, self.system)
 
     def rest(self) -> np.ndarray:
-        """Return the deck model's states at its rest position."""
+        """Return the deck's part of the state with the deck at its rest position."""
         scene = self.scene.model_copy(update={"start": Start()})
         rest: np.ndarray = start_state(scene, self.system)[self.layout.deck]
         return rest

@@ -25,7 +25,7 @@ class MeanSquares:
 
     @property
     def values(self) -> np.ndarray:
-        """Root mean squares of all values so far, at least one, shape (runs,)."""
+        """Root mean square of each run's values so far, at least one, shape (runs,)."""
         return np.asarray(np.sqrt(self._sums / self._count))
 
     @property
