@@ -11,7 +11,7 @@ from ab_sim.identification.residuals import noises_of, whiteness_over
 from ab_sim.identification.stages import SearchSettings, StagedFit, minimise
 
 _BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
-"""Fractions of a recording that are fitted in turn, until a fit succeeds."""
+"""Fractions of a recording, each from its start, that are fitted in turn until a fit succeeds."""
 _WINDOWS, _LOUD = 100, 3.0
 """Number of windows per recording, and r.m.s. of residuals in a window that shows a change.
 
@@ -22,7 +22,7 @@ _LONGER_STEPS = 15
 
 
 class Departure(NamedTuple):
-    """Recording for which a fit of the beginning does not predict the rest."""
+    """Recording during which the drive changed: a fit of the beginning does not predict the end."""
 
     recording: str
     time: float

@@ -23,21 +23,21 @@ _MOST_LEFT_OUT = 0.05
 FLAT = 3
 """Number of successive equal samples at an extreme value from which on a signal may be clipped."""
 _CLIPPED = 3
-"""Number of places with ``FLAT`` such samples from which on a signal may be clipped."""
+"""Number of runs of ``FLAT`` equal samples at one extreme value that may mean clipping."""
 _AT_PEAK = 4.0
 """Ratio of the number of samples at an extreme value to that at the next value.
 
 A larger ratio means clipping.
 """
 _STAYS = 2.0
-"""Number of spindle revolutions for which a reading may be constant away from its mean."""
+"""Largest number of spindle revolutions for which a reading away from its mean may be constant."""
 _OFF_MEAN = 0.1
 """Largest distance from the mean, relative to the r.m.s., of a constant reading that is accepted.
 
 The reading of a deck at rest is constant near the mean.
 """
 PARTS, APART = 20, 0.02
-"""Number of parts of a recording, and tolerance between speed and angle in each of them.
+"""Number of parts of a recording in which speed and angle are compared, and the tolerance.
 
 The tolerance is a fraction of the top speed, after removal of a constant factor.
 """
@@ -325,7 +325,7 @@ def _check_stays(
 
 
 def _stretches(which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first index of each run of True values, and the index after its last."""
+    """Return start and end (exclusive) indices of the runs of consecutive True values in a mask."""
     steps = np.diff(np.concatenate([[0], which.astype(np.int8), [0]]))
     return np.flatnonzero(steps > 0), np.flatnonzero(steps < 0)
 

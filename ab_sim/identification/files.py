@@ -55,7 +55,7 @@ SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": Proximi
 _STANDS = 1e-3
 """Speed below which a spindle stands still, relative to the top speed."""
 _RUN_BEGINS = 1
-"""Largest number of the first step in a recording of ab_sim that includes the start of its run."""
+"""Largest first step number of a recording by ab_sim that counts as starting with the run."""
 
 
 def measured_of(
@@ -229,7 +229,7 @@ class _Reader:
     def _schedule(
         self, time: np.ndarray, speed: np.ndarray | None, angle: np.ndarray | None
     ) -> SpeedSchedule:
-        """Return the spindle's profile from its recorded speed or angle."""
+        """Return the speed schedule of the spindle from its recorded speed or angle."""
         name = self._name
         if angle is not None:
             check_finite(time, angle, "angle", name)
@@ -333,7 +333,7 @@ class _Reader:
         return np.arange(count) / rate
 
     def _run(self, time: np.ndarray) -> tuple[bool, float | None]:
-        """Return whether a recorded simulation includes its start, and its step [s].
+        """Return whether a recorded simulation includes the run's start, and its time step [s].
 
         Return False and None for a real drive.
         """

@@ -103,7 +103,7 @@ class RecordedDrive:
         slope: bool = False,
         central: bool = True,
     ) -> SimulatedSignals | None:
-        """Return the signals and their derivatives by differences; None if a run fails.
+        """Return simulated signals with derivatives by finite differences; None if a run fails.
 
         Parameters
         ----------

@@ -73,7 +73,7 @@ def beyond(fixed: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:
-    """Return the covariance of the parameters in units of their scales, the inverse of J^T J.
+    """Return the covariance of the parameters (inverse of J^T J), each in units of its scale.
 
     Along unidentifiable directions it is limited by rounding.
 
@@ -92,7 +92,7 @@ def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:
 
 
 def deviations_of(derivatives: np.ndarray) -> np.ndarray:
-    """Return standard deviations of the parameters in their scales; infinite if unidentifiable.
+    """Return standard deviations of parameters in units of their scales; inf if unidentifiable.
 
     Parameters
     ----------

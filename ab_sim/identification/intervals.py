@@ -29,7 +29,7 @@ Relative to the parameter's range, or to its standard deviation if that is small
 _SKEW = 0.2
 """Largest relative deviation of the rise at an interval's end from a parabola."""
 _PROFILE_STEPS = 6
-"""Number of iterations of the other parameters at each point of a profile."""
+"""Largest number of iterations in which the other parameters are refitted at a profile point."""
 _PROFILE_POINTS = 8
 """Largest number of profile points on each side."""
 HIGH = 10.0
@@ -55,7 +55,7 @@ class Estimate(NamedTuple):
     how: str
     """Origin of the interval: ``CURVATURE``, ``PROFILE``, ``HELD`` or ``OPEN``."""
     at_bound: bool
-    """True if the value is at one of its bounds, see ``_AT_BOUND``."""
+    """True if the value is within ``_AT_BOUND`` of a bound of its parameter."""
     start: float
     """Value in the scene."""
     per_recording: bool
@@ -63,7 +63,7 @@ class Estimate(NamedTuple):
 
     @property
     def bounded(self) -> bool:
-        """True if the interval is finite, and its lower end is not 0."""
+        """True if the interval is finite and its lower end is not 0: the value's size is known."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high)) and self.low != 0.0
 
 
@@ -187,7 +187,7 @@ def _moved(
     problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     j: int, by: float,
 ) -> np.ndarray:  # fmt: skip
-    """Return values with parameter ``j`` moved by ``by`` [SI], and the others where they fit best.
+    """Return values with parameter ``j`` moved by ``by`` [SI] and the other free ones refitted.
 
     The best fit is that of a parabola with covariance ``followed``, limited to the bounds.
     """

@@ -29,7 +29,7 @@ class OpenDirection(NamedTuple):
     """Direction in parameter space along which the measurements hardly change."""
 
     parts: tuple[tuple[str, float], ...]
-    """Parameters with their exponents, the largest being 1."""
+    """Names of parameters and their exponents in the product that is open; the largest is 1."""
     deviation: float
     """Standard deviation of the largest component, relative to its scale; may be infinite."""
     words: str
@@ -195,7 +195,7 @@ def _words(parts: Sequence[tuple[str, float]], nothing: bool) -> str:
 
 
 def _advice(parts: Sequence[tuple[str, float]]) -> str:
-    """Return the remedy for an open direction, by the kind of its parameters."""
+    """Return the remedy for an open direction, which depends on the parameters involved."""
     names = [name for name, _ in parts]
     if any(name in MASSES for name in names):
         return _WEIGH

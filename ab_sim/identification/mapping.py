@@ -108,7 +108,7 @@ class ColumnMapping(Section):
 
     @property
     def kind_of_signals(self) -> str | None:
-        """Kind of the signals, as stated or from their unit; None if unknown."""
+        """Acceleration or displacement, as stated or from the signals' unit; None if unknown."""
         if self.kind is not None:
             return self.kind
         for signal in self.signals:

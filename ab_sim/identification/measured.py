@@ -10,10 +10,10 @@ from ab_sim.scene.sensors import Sampled
 
 DISPLACEMENT, ACCELERATION = "displacement", "acceleration"
 UNITS = {DISPLACEMENT: "m", ACCELERATION: "m/s^2"}
-"""Quantities of signals, with their units."""
+"""SI unit of each quantity that a vibration signal can be."""
 GAIN, BIAS, DELAY, DISC_ANGLE = "gain", "bias", "delay", "disc_angle"
 NUISANCES = (GAIN, BIAS, DELAY, DISC_ANGLE)
-"""Parameters of a single recording in addition to its initial state.
+"""Names of parameters that belong to one recording, in addition to its initial state.
 
 Factor and offset of the signals, their delay [s], and the angle of the disc at the start [rad].
 """

@@ -38,7 +38,7 @@ The size is chosen at which the signals change by about their noise.
 _TRIAL_STEPS = 15
 """Largest number of iterations of the fit with an effect."""
 _STEEL = 7800.0
-"""Density of balls [kg/m^3], used if the scene gives no radius and an effect needs it."""
+"""Density of steel [kg/m^3], from which an effect gets ball radii that the scene lacks."""
 _EQUAL, UNEQUAL = "suspension", "unequal_suspension"
 """Alternative suspensions; a scene has one or the other."""
 APART, _TINY = 0.01, 1e-9
@@ -51,7 +51,7 @@ _BALLS_ONLY = {
 }
 """Methods of effects that act on balls only."""
 LIMIT = 1e3
-"""Largest value of a parameter in units of the size at which it becomes visible."""
+"""Bound of an effect's parameter, in units of the value that changes the signals noticeably."""
 TIME_SCALE = "time_scale"
 _MOST_OFF = 0.08
 """Largest relative error of the sampling rate in the search."""
@@ -122,7 +122,7 @@ def tried_effects(
 
 
 def _needs_balls(effect: type[Any]) -> bool:
-    """Return whether an effect acts on balls only, judged by the methods that it defines."""
+    """Return whether an effect acts on balls only: it has no method outside ``_BALLS_ONLY``."""
     methods = {name for name, member in vars(effect).items() if callable(member) and name[0] != "_"}
     return methods - {"check_scene"} <= _BALLS_ONLY
 
@@ -144,7 +144,7 @@ def _tried(
     problem: Problem, without: Fitted, free: Sequence[int], whole: Problem, more: Sequence[str],
     name: str, before: float,
 ) -> TriedEffect:  # fmt: skip
-    """Fit a problem with additional parameters, and compare it with the fit without them.
+    """Fit a problem with additional parameters, and compare with the fit without these.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def _with_missing(problem: Problem, values: np.ndarray, name: str) -> tuple[Prob
 
 
 def _unequal(problem: Problem, values: np.ndarray) -> tuple[Problem, list[str]]:
-    """Return the problem with unequal springs in place of its suspension."""
+    """Return the problem with unequal springs in place of equal ones, and the new keys to fit."""
     scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
     equal, rest = scene.effects[_EQUAL], scene.as_mapping()["effects"]
     assert isinstance(rest, dict)
@@ -262,7 +262,7 @@ def _with_scene(
 
 
 def _least(about: dict[str, Any]) -> float:
-    """Return the lower limit of a parameter from its JSON schema; -inf if it has none."""
+    """Return the lower limit that a parameter's JSON schema states; -inf if there is none."""
     least: float = about.get("minimum", about.get("exclusiveMinimum", -np.inf))
     return least
 

@@ -54,7 +54,7 @@ class FitParameter(NamedTuple):
     recording: int | None = None
     """Index of the recording of the parameter; None for a common parameter."""
     nuisance: str = ""
-    """Name of the nuisance, ``GAIN``, ``BIAS`` and so on; empty for a number of the scene."""
+    """Entry of ``NUISANCES`` that the parameter is; empty for a number of the scene."""
     axis: int = 0
     """Axis of a bias."""
     least: float = -math.inf
@@ -133,7 +133,7 @@ def _fitted(scene: Scene, key: str, bounds: tuple[float, float] | None) -> FitPa
 
 
 def _value(scene: Scene, key: str) -> tuple[Any, str]:
-    """Return the value at a key, and the key of the list that contains it, or the key itself."""
+    """Return a key's value, and the key of the list that contains it, or else the key itself."""
     parts = key.split(".")
     for count in range(1, len(parts)):
         whole = above = ".".join(parts[:count])
@@ -219,7 +219,7 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
 
 
 def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
-    """Return the parameter for the unbalance's angle at the encoder's zero, unless it is known.
+    """Return the parameter for the unbalance's angle at the encoder's zero; none if it is known.
 
     Recordings of one drive share the encoder and thus this angle. A recording without balls
     determines it much better than one with balls.

@@ -29,7 +29,7 @@ They are large, so that a minimiser steps back, but finite, as it needs numbers.
 
 
 class Problem:
-    """Residuals and their derivatives with respect to parameters, each in units of its scale.
+    """Least-squares problem of recordings: residuals, and their derivatives by scaled parameters.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class Problem:
         return np.array([parameter.scale for parameter in self.parameters])
 
     def part(self, recordings: Sequence[int], until: float | None = None) -> "Problem":
-        """Return the problem of some recordings, or of their beginnings.
+        """Return the problem with only some recordings, whole or cut off at a time.
 
         The part has the common parameters and those of the chosen recordings, with new indices.
 
@@ -142,7 +142,7 @@ class Problem:
     def both(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return residuals, and their derivatives with respect to parameters / their scales.
+        """Return residuals, and their derivatives by the free parameters in units of their scales.
 
         Parameters
         ----------
@@ -280,7 +280,7 @@ class Problem:
     def _with_gain_and_bias(
         self, number: int, signals: SimulatedSignals, values: np.ndarray
     ) -> np.ndarray:
-        """Return simulated signals as the sensor shows them, shape (samples, axes)."""
+        """Return simulated signals with the sensor's gain and bias, shape (samples, axes)."""
         gain, bias = self._nuisances(number, GAIN, values), self._nuisances(number, BIAS, values)
         scaled = signals.values * gain[0] if gain else signals.values
         return scaled + np.array(bias) if bias else scaled

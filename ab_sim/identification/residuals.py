@@ -32,7 +32,7 @@ DRIFT = 2.0
 """Drift over the whole recording beyond which it is reported, in standard deviations of the
 residuals without their linear trend."""
 NOISELESS = 1e-6
-"""Residuals relative to the signals below which there is no sensor noise to test."""
+"""Least noise that is assumed, relative to the signals; residuals this small are not tested."""
 
 
 class Whiteness(NamedTuple):
@@ -50,7 +50,7 @@ class Whiteness(NamedTuple):
     frequency_p: float
     """Probability that white residuals have a less straight cumulative periodogram."""
     judged: bool
-    """True if there is enough noise for a test."""
+    """True if the residuals are large enough, relative to the signals, to be tested as noise."""
     turning_z: float = 0.0
     """Significance of the part that turns with the spindle, as a quantile of the normal
     distribution."""
@@ -64,7 +64,7 @@ class Whiteness(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """Larger of both z values."""
+        """Larger of ``z`` and ``turning_z``, which is compared with the threshold for noise."""
         return max(self.z, self.turning_z)
 
     def report(self) -> dict[str, Any]:

@@ -25,7 +25,7 @@ INTERRUPTED = "interrupted"
 
 
 class RecordingFit(NamedTuple):
-    """Recording and its fitted simulation."""
+    """Recording, and the simulation of the fitted scene for comparison."""
 
     measured: Measured
     simulated: np.ndarray
@@ -96,7 +96,7 @@ class Proposal(NamedTuple):
 
     @property
     def gains(self) -> str:
-        """Newly determined parameters with their uncertainty, in words; may be empty."""
+        """Text on the unknown parameters that the recording would determine; may be empty."""
         return ", ".join(
             f"{name}: unknown -> {share_words(half)}"
             for name, half in zip(self.opens, self.opened, strict=True)
@@ -125,7 +125,7 @@ class Identification(Presented):
     whiteness: tuple[Whiteness, ...]
     """Tests of the residuals of each fitted recording."""
     comparisons: tuple[RecordingFit, ...]
-    """Recordings with their fitted simulations; held-out recordings last."""
+    """Each recording with its simulation by the fitted scene; held-out recordings last."""
     tried: tuple[TriedEffect, ...]
     """Trials of effects that the scene may lack, the best first."""
     held_out: HeldOut | None
@@ -221,7 +221,7 @@ class Identification(Presented):
 
 
 def shown_unit(unit: str) -> tuple[str, float]:
-    """Return the unit in which signals are drawn, and its factor: displacements in mm."""
+    """Return the unit to draw signals in (mm for displacements), and the factor from SI to it."""
     return ("mm", 1e3) if unit == "m" else (unit, 1.0)
 
 
@@ -231,7 +231,7 @@ def share_words(share: float) -> str:
 
 
 def _words_of(estimate: Estimate) -> str:
-    """Return an estimate with its interval as text; with its origin if the interval is open."""
+    """Return an estimate and its interval as text; for an open interval, the reason instead."""
     unit = "" if estimate.unit == "1" else f" {estimate.unit}"
     value = f"{estimate.name} = {estimate.value:.6g}{unit}"
     if not np.isfinite(estimate.low) and not np.isfinite(estimate.high):

@@ -266,7 +266,7 @@ class _Work:
 
 
 def _check_doubts(problem: Problem, values: np.ndarray) -> None:
-    """Refuse a doubtful recording if the fit does not explain it either.
+    """Refuse a recording that the checks doubted if the fit does not explain it, either.
 
     Raises
     ------
@@ -291,7 +291,7 @@ def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
 
 
 def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Intervals:
-    """Return intervals with the origin ``OPEN`` for parameters fixed because they are open."""
+    """Return intervals with the origin ``OPEN`` for parameters fixed as unidentifiable."""
     names = {problem.parameters[j].name for j in held}
     estimates = tuple(
         estimate._replace(how=NOT_KNOWN)

@@ -108,7 +108,7 @@ _MOST_PIECES = 400
 _FINEST = 1e-10
 """Rounding error of a recorded simulation, relative to the largest speed."""
 _MOST_MOVED, ENOUGH = 12, 4000
-"""Largest number of knots that are optimised, and number of samples used for it."""
+"""Largest number of knots whose times are optimised, and approximate number of samples used."""
 NOISE = 4.5
 """Tolerance of a straight line in standard deviations of a tachometer's noise."""
 _FEWEST = 3
@@ -253,9 +253,9 @@ def _lines(
 
 
 def _line(time: np.ndarray, speed: np.ndarray, i: int, j: int) -> tuple[float, float, float]:
-    """Return intercept and slope of the regression line through samples i to j - 1, and its error.
+    """Return intercept, slope and error of the regression line through samples i to j - 1.
 
-    The error is the largest distance of a sample.
+    The error is the largest distance of a sample from the line.
     """
     t, w = time[i:j], speed[i:j]
     middle, mean = float(t.mean()), float(w.mean())

@@ -31,7 +31,7 @@ Seen = Callable[[np.ndarray, float], None]
 STARTS = 24
 """Number of random starts of each recording with balls."""
 HORIZONS = ((0.2, 24), (0.4, 10), (0.7, 4), (1.0, 2))
-"""Fractions of a recording fitted in turn, each with its number of starts.
+"""Fractions of a recording, from its beginning, fitted in turn, and number of starts of each.
 
 Over a whole run, the ball angles have many local minima; over its beginning they have few.
 """
@@ -40,7 +40,7 @@ _SCAN = 64
 NEAR = 2.0
 """Factor around the scene's values within which starts are drawn, subject to bounds."""
 SETTLED = 0.1
-"""Standard deviation, relative to a parameter's scale, below which it is settled.
+"""Standard deviation, in units of a parameter's scale, below which the parameter is settled.
 
 Settled parameters are fixed during the search for ball angles.
 """
@@ -51,7 +51,7 @@ _HORIZONS_WITHOUT_BALLS = (0.3, 0.5, 0.7)
 AT_NOISE = 1.5
 """Mean square of the residuals, in units of noise, up to which a minimum is accepted."""
 AGREE = 1.01
-"""Ratio of sums of squares up to which two results may be the same minimum."""
+"""Largest ratio of two results' sums of squares at which both may be the same minimum."""
 _SAME = 4.0 * (AGREE - 1.0)
 """Largest sum of squares of the difference between two results' residuals, relative to theirs.
 
@@ -61,7 +61,7 @@ opposite sides of a minimum, each at the limit ``AGREE``, are this far apart.
 _SEARCH_STEPS, LAST_STEPS = 12, 60
 """Largest number of iterations of a search, and of the last fit."""
 _SOFT = 4.0
-"""Residual in standard deviations beyond which it has less weight (Huber's loss)."""
+"""Residual, in standard deviations of the noise, above which it gets less weight (Huber)."""
 
 
 class Fitted(NamedTuple):
@@ -81,7 +81,7 @@ def minimise(
     last: bool = False,
     seen: Seen = lambda *_: None,
 ) -> Fitted:
-    """Minimise the sum of squares over some parameters, within their bounds.
+    """Minimise the sum of squared residuals over the free parameters, within their bounds.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ class _Points:
         return derivatives
 
     def short(self, scaled: np.ndarray) -> np.ndarray:
-        """Return a short residual vector with the same sum of squares.
+        """Return a short vector with the same sum of squares as the residuals.
 
         It has one entry more than there are parameters. An orthogonal transformation puts the
         residuals on its last axis; otherwise the minimiser would decompose thousands of rows in
@@ -227,7 +227,7 @@ class StagedFit:
         self.problem, self._held = problem, set(held)
         self._seed, self._tell, self._workers = search
         self.best = problem.start
-        """Best values of all parameters so far [SI]."""
+        """Best values found so far, for all parameters [SI]."""
         self._least = math.inf
         self.disagreements: list[str] = []
         """Recordings for which no two draws of starts agreed on a minimum."""
@@ -388,7 +388,7 @@ def _is_same_minimum(part: Problem, one: Fitted, other: Fitted) -> bool:
 
 
 def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[Fitted, int]:
-    """Return the result of a search from a start, and its number of runs."""
+    """Return the fit from start values, and the number of runs simulated for it."""
     before = part.runs
     fit = minimise(part, values, free, _SEARCH_STEPS)
     return fit, part.runs - before

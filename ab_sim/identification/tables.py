@@ -30,11 +30,11 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-"""Byte-order marks, longer ones first because a shorter one may be their prefix."""
+"""Byte-order marks and encodings of text; long marks first, as short ones can be prefixes."""
 _FIRST_BYTES = 1 << 16
 """Number of bytes in which the first line of a text is sought."""
 _HEAD = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
-"""Title of a column with its unit in brackets: ``x [mm]``."""
+"""Pattern of a column title with a unit in brackets: ``x [mm]``."""
 FAULTS = "faults"
 """Source of a recording's events about faults of the drive."""
 
@@ -177,7 +177,7 @@ def _check_rows(path: Path, rows: int) -> None:
 
 
 def _of_parquet(path: Path) -> pa.Table:
-    """Read a Parquet file after checking its stated size; a small file can state any size.
+    """Read a Parquet file if the size that it states is allowed; a small file can state any size.
 
     Raises
     ------

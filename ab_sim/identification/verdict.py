@@ -33,7 +33,7 @@ _QUESTIONS = {
     TIME_SCALE: "is the sampling rate, or the speed's unit or calibration, off by that factor? "
     "correct it in the mapping",
 }
-"""Questions to the user if a parameter of a recording explains its residuals."""
+"""Questions to the user, by the recording's parameter that would explain the residuals."""
 _SCALED, _STEADY, PARTS = 0.05, 0.1, 10
 """Tests of a scale factor: least deviation from 1, largest relative variation, number of parts."""
 
@@ -47,7 +47,7 @@ class Misfit(NamedTuple):
     share: float
     """Root mean square of the residuals relative to the signals."""
     factor: float
-    """Ratio of measured to fitted signals if it is constant over the recording; otherwise 1."""
+    """Ratio of measured to fitted signals; 1 if the ratio varies over the recording."""
 
     @property
     def off(self) -> bool:

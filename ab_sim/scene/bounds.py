@@ -25,12 +25,12 @@ class Bounds(NamedTuple):
 
     @property
     def lowest(self) -> float:
-        """Lower bound, whether or not it is allowed itself."""
+        """Lower bound, whether or not the bound is itself an allowed value."""
         return max(self.least, self.above)
 
     @property
     def highest(self) -> float:
-        """Upper bound, whether or not it is allowed itself."""
+        """Upper bound, whether or not the bound is itself an allowed value."""
         return min(self.most, self.below)
 
     def hold(self, values: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ class Bounds(NamedTuple):
 
 
 def bounds_at(scene: Scene, key: str) -> Bounds | None:
-    """Return the bounds of the number at a dotted key, or of each number in its list.
+    """Return the bounds of the number at a dotted key, or of each number in a list at the key.
 
     Returns
     -------

@@ -15,9 +15,9 @@ REMOVED: Any = object()
 AXES = 3
 """Number of values of a mount's stiffness or damping, one per axis."""
 ZERO = {"start.ball_rates": 0.0, "race.height": 0.0, "balls.race": 0}
-"""Keys that take a list or one number for all entries, with their default."""
+"""Keys that take a list, or one number for all entries, with the number if the key is absent."""
 _NAMED = ("sensors", "probes")
-"""Sections whose keys are free names, so that digits in such a key are a name and no index."""
+"""Sections whose keys are names chosen by users, so that a key of digits is no list index."""
 
 
 class Change(NamedTuple):
@@ -163,7 +163,7 @@ def _remove(raw: dict[str, Any], change: Change, balls: int) -> None:
 def _owner(
     raw: dict[str, Any], change: Change, balls: int, *, create: bool
 ) -> tuple[Any, str, str]:
-    """Copy the section or list that contains a changed key, and its owners up to the scene.
+    """Copy the section or list that contains a changed key, and all that contain this one.
 
     Parameters
     ----------

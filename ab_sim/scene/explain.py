@@ -164,7 +164,7 @@ def _unknown(loc: list[str]) -> str:
 
 
 def _owners(name: str) -> list[str]:
-    """Return the effects and sensors that have a parameter of this name, with their keys."""
+    """Return the full keys at which effects and sensors have a parameter of this name."""
     effects = [
         f"effects.{effect}.{name}"
         for effect, cls in effect_classes().items()
@@ -182,7 +182,7 @@ def _known_keys(loc: list[str]) -> list[str]:
 
 
 def _sections_at(loc: list[str]) -> list[type[BaseModel]]:
-    """Return the classes that a section at this key may have."""
+    """Return the classes of which the section at a key may be."""
     if len(loc) > 1 and loc[0] in ("sensors", "probes"):
         loc = [loc[0], *loc[2:]]  # the name in between is free
     sections: list[type[BaseModel]] = [Scene]

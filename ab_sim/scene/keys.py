@@ -37,7 +37,7 @@ class SceneKey(NamedTuple):
 
 
 def scene_keys(section: str = "") -> list[SceneKey]:
-    """Return all keys in the order of the models, or those of one section.
+    """Return all keys of a scene in the order of declaration, or the keys of one section.
 
     Parameters
     ----------
@@ -71,13 +71,13 @@ def _all_keys() -> Sequence[SceneKey]:
 
 @functools.lru_cache(maxsize=8)
 def _keys_with(*registered: tuple[Any, ...]) -> tuple[SceneKey, ...]:
-    """Return all keys, cached for what is registered: the schema takes 40 ms."""
+    """Return all keys of a scene, cached per set of registered plug-ins: the schema takes 40 ms."""
     schema = bare_schema()
     return tuple(_below("", schema, schema["$defs"]))
 
 
 def key_starts_with(key: Sequence[str], wanted: Sequence[str]) -> bool:
-    """Return whether the parts of a row's key begin with those of a key in a scene."""
+    """Return whether a key of the table, which may have placeholders, begins with a scene's key."""
     return len(wanted) <= len(key) and all(
         part == wanted_part or part == NAME or (part == ENTRY and wanted_part.isdecimal())
         for part, wanted_part in zip(key, wanted, strict=False)
@@ -106,7 +106,7 @@ def _below(key: str, section: Schema, sections: Schema) -> list[SceneKey]:
 
 
 def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[SceneKey]:
-    """Yield the rows of a key, and of all keys below it.
+    """Yield the table rows of a key, and of all keys in the section at this key.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
 
 
 def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
-    """Return a schema with its references resolved, and the list of its alternatives, if any."""
+    """Return a schema with references resolved, and its alternatives other than null."""
     if "$ref" in schema:
         keywords = {keyword: value for keyword, value in schema.items() if keyword != "$ref"}
         schema = {**sections[schema["$ref"].rpartition("/")[2]], **keywords}
@@ -184,7 +184,7 @@ def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[Scene
 
 
 def _section_row(key: str, schema: Schema, needed: bool) -> SceneKey:
-    """Return the row of a section, with the first paragraph of its description as the meaning."""
+    """Return the table row of a section; the meaning is the description's first paragraph."""
     meaning = schema["description"].partition("\n\n")[0] if "description" in schema else ""
     return SceneKey(key, NONE, NONE, _REQUIRED if needed else NONE, " ".join(meaning.split()))
 
@@ -263,7 +263,7 @@ Key = tuple[str, ...]
 
 
 def without_units(raw: Any, at: Key = ()) -> Any:
-    """Return a scene with texts such as ``12 mm`` as SI numbers, and the rest unchanged.
+    """Return a scene with texts such as ``12 mm`` as SI numbers, and other values unchanged.
 
     A text is kept if its key takes no number, or a number of another dimension. The check of the
     scene then refuses the text, and reports it together with all other errors.
@@ -273,7 +273,7 @@ def without_units(raw: Any, at: Key = ()) -> Any:
     raw
         The scene or a part of it, nested mappings and lists, effects by name; not changed.
     at
-        Key of that part.
+        Key of the part in ``raw``.
     """
     if isinstance(raw, str):
         return _number(raw, at)
@@ -296,7 +296,7 @@ def _number(text: str, key: Key) -> str | float:
 
 
 def unit_at(key: Key) -> str:
-    """Return the SI unit of a key, or of the list in which it is an entry.
+    """Return the SI unit of the number at a key, which may be an entry of a list.
 
     Returns
     -------

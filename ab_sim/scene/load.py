@@ -65,7 +65,7 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
 
 
 def as_scene(scene: SceneLike) -> Scene:
-    """Return the scene itself, or the one with that name or path.
+    """Return a scene unchanged; load the scene that a name or path states.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
 def _checked(
     raw: Mapping[str, Any], effects: Mapping[str, Any], problems: Sequence[str], origin: str
 ) -> Scene:
-    """Check the other sections and return the scene; report their problems and those of effects."""
+    """Check all sections except effects, and return the scene; report all problems together."""
     try:
         checked = Scene.model_validate({**without_units(dict(raw)), "effects": effects})
     except ValidationError as error:
@@ -292,7 +292,7 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
 
 
 def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> RequestedProfile:
-    """Apply changes to the content of a profile without a scene, check it, and return it.
+    """Return a profile that has no scene, after applying changes and checks.
 
     Raises
     ------

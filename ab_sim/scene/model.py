@@ -245,7 +245,7 @@ def conditions(scene: Scene) -> Iterator[Condition]:
 
 
 def _of_masses(scene: Scene) -> Iterator[Condition]:
-    """Yield the conditions that masses are there, and do not contradict each other."""
+    """Yield the conditions that the needed masses are given, and do not contradict each other."""
     rotor, balls, e = scene.rotor, scene.balls, scene.rotor.eccentricity
     yield (
         (e == 0) | (e >= 1e-12),
@@ -277,7 +277,7 @@ def _of_masses(scene: Scene) -> Iterator[Condition]:
 
 
 def _of_radii(scene: Scene) -> Iterator[Condition]:
-    """Yield the conditions that race and radii are there, and that the balls fit into the race."""
+    """Yield the conditions that race and radii are given, and that the balls fit into the race."""
     balls, race = scene.balls, scene.race.radius
     yield (
         not balls.count or "race" in scene.model_fields_set,
@@ -341,7 +341,7 @@ def _check_start(scene: Scene) -> None:
 
 
 def _check_deck_model(scene: Scene) -> None:
-    """Refuse an unknown deck model, or one that does not suit this scene."""
+    """Refuse a deck model that is unknown, or is for another kind of deck than the scene's."""
     name, in_space = scene.deck_model, scene.deck is not None
     if name is None:
         return
@@ -395,7 +395,7 @@ def _check_sensors(scene: Scene) -> None:
 
 
 def _check_deck(scene: Scene) -> None:
-    """Refuse sections that have no meaning for this kind of deck, and impossible values.
+    """Refuse sections that have no meaning for the scene's kind of deck, and impossible values.
 
     Raises
     ------
@@ -458,7 +458,7 @@ def _check_plane(scene: Scene) -> None:
 def _check_effects(
     scene: Scene, others: tuple[str, ...], methods: tuple[str, ...], whose: str, here: str
 ) -> None:
-    """Refuse effects that act on the other kind of deck only.
+    """Refuse effects that act only on a kind of deck that the scene does not have.
 
     Parameters
     ----------

@@ -270,7 +270,7 @@ def _check_target(profile: RunUp, max_speed: float, max_acceleration: float) -> 
 def _check_start_up(
     profile: StartUpProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
-    """Refuse a start-up beyond the limits, or whose variable-speed period leaves its speeds."""
+    """Refuse a start-up beyond the limits, or with a variable-speed period beyond its speeds."""
     _check_target(profile, max_speed, max_acceleration)
     target, period = profile.target_speed, profile.variable_speed_period
     if period is None:

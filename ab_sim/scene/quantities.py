@@ -60,7 +60,7 @@ class InSchema:
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Return pydantic's schema with these keywords added."""
+        """Return pydantic's schema with ``keywords`` added."""
         return {**handler(core), **self.keywords}
 
 

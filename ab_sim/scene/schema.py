@@ -16,15 +16,15 @@ Schema = dict[str, Any]
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 WITH_UNIT = rf"^\s*{NUMBER}\s*[A-Za-zµμ°(]"
-"""Beginning of a number with its unit; ``check_scene`` checks the unit itself."""
+"""Pattern of a number and a unit's first letter; ``check_scene`` checks the whole unit."""
 _BOUNDS = {
     "ge": "minimum",
     "gt": "exclusiveMinimum",
     "le": "maximum",
     "lt": "exclusiveMaximum",
 }
-"""Keywords that pydantic writes if a validator stands between a number and its bounds, and the
-standard ones."""
+"""Standard schema keyword of each bound, by the keyword that pydantic writes instead if a validator
+stands between number and bound."""
 _NEEDLESS = ("title", "discriminator")
 
 
@@ -56,7 +56,7 @@ def bare_schema() -> Schema:
 
 
 def _effects() -> Schema:
-    """Return the schema of effects by name, each with its parameters."""
+    """Return the schema of a scene's effects: a mapping from effect names to their parameters."""
     return _section({name: _effect(effect) for name, effect in effect_classes().items()}, [])
 
 
@@ -81,13 +81,13 @@ def _entry(sections: Schema) -> Schema:
 
 
 def _section(keys: Schema, needed: list[str]) -> Schema:
-    """Return the schema of a mapping with these keys only, some of which are needed."""
+    """Return the schema of a mapping that has only ``keys``, and must have the ``needed`` ones."""
     section: Schema = {"type": "object", "properties": keys, "additionalProperties": False}
     return {**section, "required": needed} if needed else section
 
 
 def _add_steppers(solver: Schema) -> None:
-    """Add the names of the steppers and their parameters."""
+    """Add the names and parameters of the registered steppers to the schema of ``solver``."""
     stepper_registry = registry("steppers")
     taken = {
         name: dict(stepper_registry.parameters_of(name)) for name in stepper_registry.steppers()

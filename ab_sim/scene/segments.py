@@ -174,7 +174,7 @@ class SegmentsProfile(Section):
             yield speeds
 
     def top_speed(self, first: float) -> float:
-        """Return the largest possible magnitude of the speed if it begins at ``first`` [rad/s]."""
+        """Return the largest possible magnitude of the speed [rad/s] after a start at ``first``."""
         return max(max(-low, high) for low, high in self.speeds(first))
 
     @property

@@ -26,7 +26,7 @@ def race_frame(number: int) -> str:
 
 
 def ball_frame(number: int) -> str:
-    """Return the name of a ball's frame, at its centre, x away from the shaft."""
+    """Return the name of the frame at a ball's centre, whose x axis points away from the shaft."""
     return f"ball_{number}"
 
 
@@ -47,7 +47,7 @@ def _is_reserved(name: str) -> bool:
 RATE_TOLERANCE = 1e-6
 """Relative tolerance of sample rates: a rate with about six digits counts as the exact rate."""
 ALIASING = 0.1
-"""Gain of the low-pass at half the sample rate above which there is a warning. At this gain, the
+"""Gain of the low-pass at half the sample rate above which a sensor may alias. At this gain, the
 low-pass attenuates higher frequencies by at least 20 dB, and by 12 dB more per octave."""
 
 
@@ -96,7 +96,7 @@ class Sampled(Section):
         return 1.0 / math.hypot(1.0, (frequency / self.bandwidth) ** 2)
 
     def aliasing(self, step: float) -> str:
-        """Return a warning if high frequencies alias noticeably, else an empty text.
+        """Return a warning if vibration above half the sample rate may alias, else an empty text.
 
         Parameters
         ----------

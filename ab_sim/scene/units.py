@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 NO_UNIT = ("1", "-")
-"""Units of keys that have none."""
+"""Entries in place of a unit: of dimensionless numbers, and of keys that take no number."""
 MOST = 100
-"""Largest number of characters of a number with its unit."""
+"""Largest length of a text that states a number with its unit [characters]."""
 
 _NAME = r"[A-Za-zµμ°][A-Za-z0-9_]*"
 # No powers of powers: their exponents would multiply to numbers of any length.
@@ -36,13 +36,13 @@ _UNIT = re.compile(rf"{_PART}(?:{_JOIN}{_PART})*")
 _TEXT = re.compile(rf"({NUMBER})\s*([^\s\d.+-].*)")
 _POWERS = str.maketrans({"²": "^2", "³": "^3"})
 _DIGITS = 50
-"""Digits of decimal arithmetic, so that the result is the float nearest to the written number."""
+"""Digits of decimal arithmetic: enough to convert a written number to the nearest float."""
 _MAKING = threading.Lock()
 """Lock for the creation of the registry: two registries would not accept each other's units."""
 
 
 class Kind(NamedTuple):
-    """Quantity that a unit measures, and an example of its notation."""
+    """Quantity that a unit measures, and a number with such a unit as an example for messages."""
 
     name: str
     example: str
@@ -115,7 +115,7 @@ def with_last_unit(texts: Sequence[str]) -> list[str]:
 
 
 def in_si(text: str, unit: str) -> float:
-    """Convert a number with its unit to the SI unit of a key.
+    """Convert a text with number and unit to a number in the SI unit of a key.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def _registry() -> "pint.UnitRegistry[Any]":
 
 
 def _root(units: Any) -> Any:
-    """Return the base units, in which pint includes the radian although it has no dimension.
+    """Return a unit's base units as pint gives them, with the radian, which has no dimension.
 
     So turns per second differ from Hz, and an angle from a plain number.
     """
@@ -267,7 +267,7 @@ class ShownUnit(NamedTuple):
 
     text: str
     factor: float
-    """Factor from SI to this unit."""
+    """Factor by which a number in SI is multiplied to be shown in this unit."""
 
 
 ShownUnits = dict[str, ShownUnit]
@@ -277,7 +277,7 @@ _METRICS_OWN = {"mm/s": ("m/s", 1e-3)}
 
 
 def shown_units(text: str) -> ShownUnits:
-    """Parse units such as ``rpm,g mm,deg``.
+    """Parse a list of units for display, such as ``rpm,g mm,deg``.
 
     Parameters
     ----------

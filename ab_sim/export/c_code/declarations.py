@@ -30,7 +30,7 @@ GIVEN = {
     "race_radius": ("race_radius", RACE_RADIUS, "m", "R, of the circle of each ball's centre"),
     "height": ("race_height", HEIGHT, "m", "height of each ball's race along the shaft"),
 }
-"""Given constants of the balls, from which the others are derived.
+"""Constants of the balls that the scene gives; further ones are derived from these.
 
 By name in ``BallConstants``: name in C, column of ``System.balls``, unit, meaning.
 """
@@ -67,7 +67,7 @@ class DriveParameter(NamedTuple):
 
     @property
     def places(self) -> Iterator[tuple[str, float, str]]:
-        """Yield, for each number, the C text of its member, its value and its unit."""
+        """Yield the C text of the struct member, the value and the unit of each number."""
         for index in np.ndindex(self.values.shape):
             place = self.name + "".join(f"[{k}]" for k in index)
             unit = self.units[index[-1]] if self.units else self.unit
@@ -113,7 +113,7 @@ def start_of_balls(scene: Scene) -> DriveParameter:
 
 
 def _of_deck(about: str, name: str, value: Any, inputs: tuple[str, ...]) -> DriveParameter:
-    """Return a parameter of the deck, with unit and meaning from its docstring ``about``."""
+    """Return a parameter of the deck; unit and meaning are from the field's docstring ``about``."""
     values, unit = np.asarray(value, float), re.search(r"\[([^]]+)\]", about)
     if name == "mounts":
         meaning = (
@@ -147,7 +147,7 @@ def _docstrings_of(kind: type[Any]) -> dict[str, str]:
 
 
 KINDS: dict[type[Any], str] = {Ramp: "ramp", RaisedCosine: "raised_cosine"}
-"""Kinds of segments, and their names in C."""
+"""Names in C of the speed laws of profile segments, by class."""
 FIELDS = {
     "start_speed": ("rad/s", "speed at the start"),
     "slope": ("rad/s^2", "acceleration of a ramp"),
@@ -162,11 +162,11 @@ CHANNELS = {
     "w": "angular velocity of the deck on deck axes",
     "": "motion of the deck on axes fixed in space",
 }
-"""Meanings of a deck's channels, by a part of their names; the first match counts."""
+"""Meanings of the deck's channels, by a part of a channel's name; the first match counts."""
 
 
 def indented(lines: Iterable[str]) -> str:
-    """Return the lines of a block, each with its line end."""
+    """Return the lines of a C block as text, each indented by four spaces."""
     return "".join(f"    {line}\n" for line in lines)
 
 

@@ -34,7 +34,7 @@ class Equations(NamedTuple):
     ball_derived: int
     """Number of values derived for each ball."""
     columns: tuple[str, ...]
-    """Derived constants of the balls, by their names in ``BallConstants``."""
+    """Names, as in ``BallConstants``, of the balls' constants that are derived."""
 
 
 def equations_of(
@@ -75,11 +75,11 @@ def equations_of(
 
 
 class _Part(NamedTuple):
-    """Functions in C."""
+    """C functions with the model's inputs that they read."""
 
     text: str
     used: frozenset[str]
-    """Inputs of the model that they read."""
+    """Names of the model's inputs that the functions read."""
 
 
 _NOTHING = _Part("", frozenset())
@@ -91,7 +91,7 @@ def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
 
 
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
-    """Return C expressions that read the model's constants, by the names of its inputs."""
+    """Return C expressions that read the model's constants, by the names of the model's inputs."""
     places = {name: f"b->{name}[i]" for name in BALL_COLUMNS}
     for parameter in parameters:
         if parameter.is_of_balls:
@@ -175,14 +175,14 @@ class _Kind:
     def _function(
         self, name: str, arguments: str, stores: Sequence[Store], given_names: Mapping[int, str]
     ) -> str:
-        """Return a function of this kind; ``given_names``: C text of known values, by number."""
+        """Return a C function; ``given_names``: C text of known values, by their nodes' numbers."""
         lines = c_statements(stores, self._inputs, given_names)
         first, n = self._model.states, self._model.count
         return function(f"static void {name}_{self._name}", arguments, lines, (first, first + n))
 
 
 def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, int]) -> str:
-    """Return a C function's text, with the pointers that its lines use.
+    """Return a C function's text, with declarations of those pointers that its lines use.
 
     Parameters
     ----------

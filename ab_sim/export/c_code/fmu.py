@@ -41,9 +41,9 @@ class Variable(NamedTuple):
     place: str
     """Member of ``struct fmu_state`` in C."""
     settable: int
-    """Time at which it may be set: ``NEVER``, ``_EARLY`` or ``ALWAYS``."""
+    """Phase in which importers may set the variable: ``NEVER``, ``_EARLY`` or ``ALWAYS``."""
     attributes: dict[str, str]
-    """Attributes of its element in the model description."""
+    """Attributes of the variable's XML element in the model description."""
     unit: str = ""
     kind: str = "Float64"
 
@@ -229,7 +229,7 @@ _HEADERS = files("ab_sim.export.c_code") / "fmi_headers"
 """Folder of the standard's headers (2-clause BSD licence)."""
 _HEADER_NAMES = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
 _EXTRA = "extra/org.fmi-standard"
-"""Folder of the headers in an FMU, outside the sources, because importers have these headers."""
+"""Folder of FMI's headers in an FMU; not among the sources, as importers have these headers."""
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
 _FUNCTION = re.compile(r"typedef\s+fmi3Status\s+(fmi3\w+)TYPE\s*\(([^;]*)\);")
 _PRIVATE = re.compile(
@@ -330,11 +330,11 @@ def identifier_of(name: str) -> str:
 
 
 _LIBRARY = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
-"""Ending of shared libraries on this system, as FMI requires."""
+"""File name extension of shared libraries on this system, as FMI requires."""
 
 
 def _platform_tuple() -> str:
-    """Return this machine's platform tuple of FMI."""
+    """Return FMI's name of this platform, such as ``x86_64-linux``: the folder of the library."""
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
         platform.machine().lower(), platform.machine().lower()
     )

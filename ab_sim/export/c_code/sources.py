@@ -157,16 +157,16 @@ class DriveSources(NamedTuple):
     parameters: tuple[DriveParameter, ...]
     """Parameters that the code uses."""
     channels: tuple[str, ...]
-    """Channels of the deck."""
+    """Names of the channels that describe the deck's motion."""
     choice: Choice
-    """Stepper and the reason of its choice."""
+    """Stepper, and the reason why it was chosen."""
     made_by: str
     """First line of each file."""
     title: str
 
 
 class _Content(NamedTuple):
-    """Data from which the texts are written."""
+    """Data from which the C sources are written."""
 
     scene: Scene
     system: System
@@ -214,7 +214,7 @@ def sources_of(scene: Scene) -> DriveSources:
 
 
 def _flags(drive: _Content) -> dict[str, bool]:
-    """Return the flags of the templates, which select their optional lines."""
+    """Return the flags that select the optional lines of the templates."""
     equations = drive.equations
     return {
         "balls": len(drive.system.balls) > 0,
@@ -305,7 +305,7 @@ def _in_source(drive: _Content) -> dict[str, str]:
 
 
 def _rows(numbers: np.ndarray, names: Sequence[str]) -> str:
-    """Return the rows of a C array, one number with its name per row."""
+    """Return the rows of a C array: one number per row, with its name as a comment."""
     return indented(
         f"{c_literal(float(x))}, /* {name} */" for x, name in zip(numbers, names, strict=True)
     )
@@ -335,7 +335,7 @@ def _effects(scene: Scene) -> str:
 
 
 def _forces_at_start(drive: _Content) -> dict[str, np.ndarray]:
-    """Return the specific force of sensors at the start, on their own axes [m/s^2]."""
+    """Return the specific force at each sensor at the start, on the sensor's axes [m/s^2]."""
     pickups = RowReader(drive.scene, drive.system).pickups
     return {name: pickup.state.force for name, pickup in pickups.items()}
 
@@ -354,7 +354,7 @@ def _expected(scene: Scene) -> str:
 
 
 def check_output(folder: Path, names: list[str], option: str) -> None:
-    """Refuse a folder that is not writable, or that has files of other origin with these names.
+    """Refuse a folder that is not writable, or has files named so that ab_sim did not write.
 
     Parameters
     ----------

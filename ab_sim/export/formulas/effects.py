@@ -148,9 +148,9 @@ class Formula(NamedTuple):
     lines: Lines
     """Printed equations, and definitions of the quantities in them."""
     parameters: dict[str, str]
-    """Parameters of the effect by their symbols in the lines, if symbol and name differ."""
+    """Names of the effect's parameters by symbol, for those whose symbol is not the name."""
     trouble: str = ""
-    """Reason why there are no lines; empty if there are."""
+    """Reason why the formula cannot be printed; empty if ``lines`` has it."""
 
 
 class TracedMethod(NamedTuple):
@@ -247,7 +247,7 @@ def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
 
 
 def _unknown(effect: type[Any], name: str) -> EffectMethod:
-    """Describe a method that is not in ``METHODS`` by the names of its arguments."""
+    """Return a description, from argument names, of a method that ``METHODS`` does not list."""
     names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
     bodies: dict[str, Any] = {"deck": DeckMotion, "ball": Ball}
 

@@ -23,7 +23,7 @@ def in_latex(symbol: str) -> str:
 
 
 class Symbols:
-    """Inputs of a graph by their symbols in plain text.
+    """Access to a graph's inputs by symbol in plain text; a new symbol adds an input.
 
     Parameters
     ----------
@@ -85,11 +85,11 @@ class Equation(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Equations, and definitions of the quantities in them."""
+    """Printed equations, and definitions of the intermediate quantities that they name."""
 
     equations: list[Line]
     quantities: list[Line]
-    """Definitions, in the order of computation."""
+    """Definitions of the intermediate quantities, in the order of computation."""
 
 
 def lines_of(
@@ -140,7 +140,7 @@ def lines_of(
 def _symbols(
     equations: Sequence[Equation], locals_: Iterable[Named], known_symbols: dict[str, str]
 ) -> dict[int, str]:
-    """Return symbols of the nodes that can be named, by their numbers.
+    """Return the symbols of the nodes that can be named, by node number.
 
     A symbol that the equations already use, or a whole right side, names nothing, unless the symbol
     is in ``known_symbols``.
@@ -193,7 +193,7 @@ def _uses(equations: Sequence[Equation], symbols: Mapping[int, str]) -> Counter[
 
 
 def _nodes(equations: Sequence[Equation]) -> list[Expression]:
-    """Return all nodes of the expressions on both sides."""
+    """Return all nodes of the expressions on both sides of the equations."""
     return reachable_nodes(side for equation in equations for side in equation)
 
 

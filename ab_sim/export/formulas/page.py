@@ -12,11 +12,11 @@ PAGE = "docs/equations.md"
 MAKE = "python benchmarks/equations_page.py"
 """Command that generates the parts."""
 WIDE = 100
-"""Number of characters of a line in text above which its two sides are printed on two lines."""
+"""Length in characters above which an equation's two sides are printed on two lines."""
 
 
 def page_from_code(page: str) -> str:
-    """Return a page with its generated parts replaced.
+    """Return the text of a page with the parts between markers generated again.
 
     Raises
     ------

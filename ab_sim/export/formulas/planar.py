@@ -40,7 +40,7 @@ _NAMED = {
 }
 """Symbols of the intermediate quantities that are named; others are written out."""
 _EXPLAINED = frozenset({"h", "l"})
-"""Symbols that the formulas of effects define, so that they are not defined here."""
+"""Symbols that the formulas of effects define, so that this page does not define them again."""
 
 
 class TracedEffect(NamedTuple):

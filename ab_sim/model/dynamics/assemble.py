@@ -292,7 +292,7 @@ def free_coordinates(system: System) -> tuple[str, ...]:
 
 
 def _motor_damping(system: System) -> float:
-    """Return the decrease of a motor's torque per increase of its speed [N m s/rad]."""
+    """Return the decrease of the motor's torque per increase of the spindle speed [N m s/rad]."""
     effects = system.effects
     loop = over_effects(effects, "loop_torque", 0.0, 1.0, 0.0)
     return float(loop + over_effects(effects, "back_torque", 0.0, 1.0))

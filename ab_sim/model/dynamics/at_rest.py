@@ -8,7 +8,7 @@ import numpy as np
 FARTHEST = 1e6
 """Largest sag [m]; a suspension that sags further counts as not holding the weight."""
 _NO_WEIGHT = 1e-100
-"""Weight below which there is no sag [N]: its square would underflow."""
+"""Weight below which the sag counts as 0 [N], because the weight's square would underflow."""
 BALANCED = 1e-9
 """Largest residual of forces, relative to the weight."""
 

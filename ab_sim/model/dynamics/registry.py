@@ -30,10 +30,10 @@ def _not_known(system: System) -> NoReturn:
 
 
 class DeckFromScene(NamedTuple):
-    """Functions that make a deck model from a scene, and describe its motion in advance."""
+    """Functions that make a deck model from a scene, and predict motion and rates of the deck."""
 
     make: Callable[[Scene, tuple[object, ...]], Any]
-    """Function that returns the deck model of a scene and its effects."""
+    """Function that returns the deck model of a scene with the given effects."""
     start: Callable[[Scene, System], np.ndarray]
     """Function that returns the deck model's states at t = 0."""
     yields: Callable[[System], list[np.ndarray]]

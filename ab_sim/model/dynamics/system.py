@@ -31,7 +31,7 @@ EVENTFUL = {
     "restitution": "balls collide",
     "rotor_moment": "a motor reaches its limit",
 }
-"""Methods of effects with set-valued laws, and the events that they cause."""
+"""Methods by which an effect has a set-valued law, each with the event that the law causes."""
 
 
 class System(NamedTuple):
@@ -95,12 +95,12 @@ def has_motor(effects: tuple[Any, ...]) -> bool:
 
 
 def has_events(effects: tuple[Any, ...]) -> bool:
-    """Return whether there are set-valued laws."""
+    """Return whether an effect has a set-valued law, so that runs have events."""
     return any_has(effects, *EVENTFUL)
 
 
 def eventful(effects: Mapping[str, Any]) -> dict[str, str]:
-    """Return the effects of a scene with set-valued laws, by name, and their events."""
+    """Return the names of a scene's effects with set-valued laws, each with a text on its event."""
     return {
         name: what
         for name, effect in effects.items()
@@ -110,7 +110,7 @@ def eventful(effects: Mapping[str, Any]) -> dict[str, str]:
 
 
 def has_gravity(effects: tuple[Any, ...]) -> bool:
-    """Return whether there is gravity."""
+    """Return whether an effect is gravity."""
     return any_has(effects, "gravity")
 
 
@@ -145,7 +145,7 @@ class StateLayout(NamedTuple):
     names: tuple[str, ...]
     """Names of all states."""
     deck: slice
-    """Positions of the deck model's states, which its class names."""
+    """Positions of the deck's states; the deck model's class has their names."""
     angles: slice
     """Positions of theta_i."""
     rates: slice

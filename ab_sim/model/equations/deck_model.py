@@ -54,7 +54,7 @@ def deck_model(
     CHANNELS: tuple[str, ...],
     UNIT_AT: int = -1,
 ) -> Callable[[Class], Class]:
-    """Return a class decorator that sets these attributes of a NamedTuple.
+    """Return a class decorator that sets these attributes on a deck model, a NamedTuple.
 
     Parameters
     ----------

@@ -159,7 +159,7 @@ class InSpace(NamedTuple):
     def channels(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """Return the deck's motion, its orientation and its rotation.
+        """Return the numbers of a sample that describe the deck's displacement and rotation.
 
         Order: displacement, velocity and acceleration of C on the ground's axes; quaternion;
         angular velocity and acceleration on deck axes.
@@ -195,7 +195,7 @@ class InSpace(NamedTuple):
         return states[:, :3]
 
     def specific_force(self, effects: Any, channels: State, point: Sequence[float]) -> list[Number]:
-        """Return the specific force at a point of the deck, on its axes [m/s^2]."""
+        """Return the specific force at a point of the deck, on deck axes [m/s^2]."""
         # No matrix product: its rounding depends on the processor.
         fall = [a - g for a, g in zip(channels[6:9], self.gravity, strict=True)]
         rates, change = channels[13:16], channels[16:19]

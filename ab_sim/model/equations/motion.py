@@ -112,7 +112,7 @@ class OnRace(NamedTuple):
 
 
 def on_race(effects: Any, balls: BallConstants, c: Number, s: Number, rate: Number) -> OnRace:
-    """Return the balls' positions on the race, from cosine, sine and rate of their angles."""
+    """Return the balls' positions on the race from cosine, sine and rate of the ball angles."""
     R, m = balls.race_radius, balls.mass
     if not any_has(effects, "race_shape"):
         path = R * rate
@@ -148,7 +148,7 @@ def relative_load(
 
 
 def drag_force(effects: Any, balls: BallConstants, on: OnRace) -> Number:
-    """Return the drag of the race on the ball, along it [N]."""
+    """Return the drag force of the race on each ball, along the race [N]."""
     return -(over_effects(effects, "ball_drag", 0.0, balls.each) * on.path)
 
 

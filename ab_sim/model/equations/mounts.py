@@ -68,8 +68,8 @@ def cross(a: Sequence[Number], b: Sequence[Number]) -> tuple[Number, Number, Num
 
 
 PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
-"""First columns of a mount's place on deck axes [m], of stiffness [N/m] and damping [N s/m] along
-its three axes, and of these axes, one after the other, on the ground's axes."""
+"""First columns, in the table of mounts, of position on deck axes [m], stiffness [N/m] and damping
+[N s/m] along the mount's three axes, and these axes, one after the other, on the ground's axes."""
 MOUNT_WIDTH = 18
 """Number of columns per mount, with the units ``MOUNT_UNITS``."""
 MOUNT_UNITS = ("m",) * 3 + ("N/m",) * 3 + ("N s/m",) * 3 + ("1",) * 9

@@ -193,7 +193,7 @@ def reduced(angle: Any) -> tuple[Any, Any]:
 
 
 def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:
-    """Return each ball, the next one, and the distance of their centres along the race [m]."""
+    """Return pairs of neighbouring balls, with the centres' distance along the race [m]."""
     angles = [reduced(angle)[0] for angle in start_angles(scene)]
     order = sorted(range(len(angles)), key=lambda i: (angles[i], i))
     pairs = []

@@ -30,7 +30,7 @@ class SpeedServo(NamedTuple):
         return abs(command) <= self.max_speed
 
     def check(self, command: float, name: str = "command") -> float:
-        """Return the command [rad/s], if it may be followed; ``name`` is for the error's text.
+        """Return the command [rad/s] if the servo accepts it; errors call the command ``name``.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class SpeedServo(NamedTuple):
         return command
 
     def check_acceleration(self, acceleration: float) -> float:
-        """Return the acceleration [rad/s^2], if the servo may use it.
+        """Return a requested acceleration [rad/s^2] if it is within the servo's limit.
 
         Raises
         ------
@@ -113,7 +113,7 @@ _NANOSECOND = 1e-9
 _SAME_SPEED = 1e-9
 """Relative difference below which two speeds are taken as equal apart from rounding."""
 _SHAPE_POINTS, _SHAPE_STEP = 1000, 1e-3
-"""Largest number of points of a curved segment, and smallest time between them [s]."""
+"""Largest number of points by which a curved segment is sent, and their smallest spacing [s]."""
 LATEST = 2**31 * 10**9
 """Latest time that a stamp can hold [ns]."""
 
@@ -142,7 +142,7 @@ class TimedSpeeds(NamedTuple):
         final_speed: float,
         first: tuple[float, float],
     ) -> "TimedSpeeds":
-        """Create a trajectory and compute its duration; the arguments are those of the fields."""
+        """Create a trajectory from its fields except the duration, which is computed."""
         lasts = first[0] + sum(duration for duration, _ in ramps)
         return cls(start, tuple(ramps), final_speed, first, lasts)
 
@@ -169,7 +169,7 @@ class TimedSpeeds(NamedTuple):
 
 
 def timed_speeds(wanted: SetPoints, limits: SpeedServo) -> TimedSpeeds:
-    """Check set-points and return them as a trajectory.
+    """Return the trajectory through set-points, after checking these against the limits.
 
     Parameters
     ----------
@@ -303,7 +303,7 @@ def joined(
 
 
 def _from_speed(speed: float, wanted: TimedSpeeds, most: float) -> Sequence[tuple[float, Ramp]]:
-    """Return the ramps of a trajectory that begins at a speed other than its first point's.
+    """Return the ramps of a trajectory that the spindle begins at a speed off the first point's.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ class ProfileInputs(NamedTuple):
     """Name of the sensor of which the profile needs every sample, with the spindle's angle; None if
     it needs no such sensor."""
     first_sensor: bool = True
-    """True if ``sensor`` is the drive's first accelerometer, or its first probe."""
+    """True if ``sensor`` is the drive's first one of its kind, accelerometer or probe."""
     probe: bool = False
     """True if ``sensor`` is a proximity probe."""
 
@@ -33,7 +33,7 @@ class ProfileExecution(Protocol):
 
     @property
     def words(self) -> str:
-        """Text that says what the profile does now, for the status."""
+        """Description, for the status text, of the segment or state that is in progress."""
 
     @property
     def segment(self) -> tuple[int, int]:
@@ -53,7 +53,7 @@ class ProfileExecution(Protocol):
 
     @property
     def why(self) -> str:
-        """Problem so far; empty if there is none."""
+        """Latest problem, whether or not it aborts the profile; empty if there is none."""
 
     @property
     def values(self) -> Mapping[str, str]:
@@ -99,7 +99,7 @@ MOST_SPEED = 1e6
 
 
 class ProfileRun:
-    """State machine that runs profiles one after the other.
+    """State machine that runs speed profiles one after the other and commands their speeds.
 
     Times are by any clock that only advances.
 
@@ -142,7 +142,7 @@ class ProfileRun:
         deceleration: float,
         begin: float | None = None,
     ) -> str:
-        """Run a profile from its beginning.
+        """Start a profile from its beginning; refuse while another one runs or ramps down.
 
         Parameters
         ----------
@@ -196,7 +196,7 @@ class ProfileRun:
         return ""
 
     def drop(self, why: str) -> None:
-        """Command standstill at once, because there is no motion left to ramp down."""
+        """Abort the profile and command 0 rad/s without a ramp, as there is no motion any more."""
         self.why = why
         self.command = 0.0
         self._enter(ProfileState.ABORTED, why)
@@ -283,5 +283,5 @@ class ProfileRun:
 
 
 def _speed(value: Any) -> float:
-    """Return a speed from a snapshot [rad/s], if it is finite and not too large."""
+    """Return a speed [rad/s] from a snapshot; refuse one that is not finite or too large."""
     return finite(value, -MOST_SPEED, MOST_SPEED)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 Times = Any
-"""A float, or an array of them."""
+"""One time or an array of times [s]."""
 
 
 class Ramp(NamedTuple):
@@ -85,7 +85,7 @@ class RampAndCosine(NamedTuple):
 
     @classmethod
     def of(cls, law: Ramp | RaisedCosine) -> "RampAndCosine":
-        """Return the sum that equals this law."""
+        """Return a ramp or raised cosine in the form of this class."""
         if isinstance(law, Ramp):
             return cls(law.start_speed, law.slope, 0.0, 1.0)
         return cls(law.start_speed, 0.0, law.change, law.duration)
@@ -112,7 +112,7 @@ SpeedLaw = Ramp | RaisedCosine
 
 
 class ScheduledSegment(NamedTuple):
-    """Segment of a schedule with its times and its start angle."""
+    """Segment of a schedule: start and end time, start angle, and the law of the speed."""
 
     start: float
     """Start time [s]."""
@@ -192,11 +192,11 @@ class SpeedSchedule:
         return tuple(scheduled.end for scheduled in self.segments[:-1])
 
     def number_at(self, time: float) -> int:
-        """Return the number of the segment at ``time`` and just after it (right-hand limit)."""
+        """Return the index of the segment in force at ``time`` [s] and just after it."""
         return max(bisect.bisect_right(self._starts, time) - 1, 0)
 
     def segment_at(self, time: float) -> ScheduledSegment:
-        """Return the segment in force at ``time`` and just after it."""
+        """Return the segment in force at ``time`` [s] and just after it."""
         return self.segments[self.number_at(time)]
 
     def speed(self, time: float) -> float:

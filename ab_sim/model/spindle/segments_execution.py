@@ -30,14 +30,14 @@ def _words(scheduled: ScheduledSegment) -> str:
 
 
 LEAST_SAMPLES = 8
-"""Least number of samples in a window, which is extended if there are fewer."""
+"""Least number of samples in a window of vibration; a window with fewer is extended."""
 
 AXES = 3
 """Number of axes of a vibration vector."""
 
 
 class _Sensor:
-    """The present window of one sensor's samples, and the result of its last complete window."""
+    """One sensor's present window of samples, and the rms of the last complete window."""
 
     def __init__(self) -> None:
         self.rms: float | None = None
@@ -210,7 +210,7 @@ class SegmentsExecution:
 
     @property
     def reached(self) -> bool:
-        """True if the profile has reached its aim; see ``ProfileExecution``."""
+        """True if the final speed is held; see ``ProfileExecution``."""
         return self.ended
 
     @property
@@ -304,7 +304,7 @@ class SegmentsExecution:
         return f"{how} until {until.words}, at most {until.at_most:g} s"
 
     def _missed(self, passed: int, number: int) -> str:
-        """Report conditions that were not met in time, and fail if one of them requires an abort.
+        """Report unmet conditions of passed segments, and fail if one of them requires an abort.
 
         Parameters
         ----------
@@ -329,7 +329,7 @@ class SegmentsExecution:
         return missed
 
     def _enter(self, number: int, now: float, missed: str) -> None:
-        """Enter a segment, and describe it with the conditions that were missed before it."""
+        """Begin a segment, and set the status text; ``missed``: its part on conditions not met."""
         self._number, until = number, self._until(number)
         self._condition = None if until is None else VibrationCondition(until, now)
         if number < self._count:

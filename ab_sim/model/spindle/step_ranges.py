@@ -14,7 +14,7 @@ from ab_sim.model.spindle.schedule import Ramp, ScheduledSegment, SpeedSchedule
 
 
 class StepResolution(NamedTuple):
-    """Length of steps, and period of the motions that they must resolve."""
+    """Length of the steps, and period of the fastest motion that the steps must resolve."""
 
     step: float
     """Step [s]."""
@@ -23,21 +23,21 @@ class StepResolution(NamedTuple):
 
 
 class StepRange(NamedTuple):
-    """Steps within one scheduled segment, or the part of a step that lies in it."""
+    """Equal steps within one scheduled segment, or the part of a step within the segment."""
 
     scheduled: ScheduledSegment
     first: int
-    """Number of steps taken before."""
+    """Number of steps of the run before this range."""
     steps: int
     """Number of whole steps; 0 for a part of a step."""
     offset: float
-    """Start of a part within its step [s]; 0 for whole steps."""
+    """Time from the beginning of the step to the part's start [s]; 0 for whole steps."""
     length: float
     """Length of each step, or of the part [s]."""
 
 
 def same_instant(time: float, step: float) -> float:
-    """Return the difference below which two times are the same instant [s].
+    """Return the difference [s] below which times near ``time`` count as the same instant.
 
     Times of steps are products and ends of segments are sums, so equal times differ by rounding.
     """
@@ -73,7 +73,7 @@ def step_ranges(
 def parts(
     schedule: SpeedSchedule, resolution: StepResolution, first: int, end: float
 ) -> Iterator[StepRange]:
-    """Yield the parts of one step, from its beginning to a time within it.
+    """Yield the parts of one step, from the step's beginning to the time ``end`` [s].
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 _EULER: Final = "ZXY"
-"""Order of the angles gamma, alpha, beta, about the axes as turned so far."""
+"""Order of the deck's rotations: gamma about z, then alpha about the turned x, beta about y."""
 
 
 def _deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
@@ -264,7 +264,7 @@ def _stiffness_against_turning(place: np.ndarray, force: np.ndarray) -> np.ndarr
 
 
 def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, float]:
-    """Return a mount's stiffness from effects, and its derivative with respect to ``square``.
+    """Return the stiffness [N/m] that effects add to a mount, and its derivative by ``square``.
 
     ``square`` is the square of the mount's displacement [m^2].
     """
@@ -278,7 +278,7 @@ def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, floa
 
 
 def _stiffness_gained(effects: tuple[object, ...], square: float) -> float:
-    """Return the added stiffness of a mount [N/m] by the square of its displacement."""
+    """Return the stiffness [N/m] that effects add to a mount; ``square``: displacement^2 [m^2]."""
     return float(over_effects(effects, "mount_stiffening", 0.0, square))
 
 

@@ -52,7 +52,7 @@ def _start_of(scene: Scene, system: System) -> np.ndarray:
 
 
 def rates_of(system: System, top_speed: float) -> dict[str, Any]:
-    """Return the fastest eigenvalue [1/s] of the suspension, or a column of it.
+    """Return the suspension's fastest eigenvalue [1/s] by name; a column for a system with columns.
 
     Parameters
     ----------
