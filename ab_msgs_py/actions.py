@@ -46,7 +46,7 @@ class Outcome(NamedTuple):
 
 
 def run_profile() -> Any:
-    """Return the class of the action, or None if it has not been built."""
+    """Return the class of the action RunProfile, or None if ab_interfaces has not been built."""
     try:
         return importlib.import_module("ab_interfaces.action").RunProfile
     except (ImportError, AttributeError):  # a checkout has a folder of this name without classes

@@ -39,7 +39,7 @@ class Health:
     message: str
     """State in a few words, for users."""
     values: dict[str, str] = field(default_factory=dict)
-    """Further numbers as texts, by their names with units."""
+    """Further numbers as texts; a key is a name with the unit in brackets."""
     hardware: str = "ab_sim"
     """Name of the hardware that is monitored."""
     time: int = 0
@@ -51,7 +51,7 @@ class Health:
         return self.node.rpartition("/")[0] or "/"
 
     def fields(self) -> Fields:
-        """Return the fields of a DiagnosticArray with this entry."""
+        """Return the fields of a DiagnosticArray whose only status is this one."""
         values = [{"key": key, "value": value} for key, value in self.values.items()]
         status = {
             "level": bytes([self.level.value]),
@@ -64,7 +64,7 @@ class Health:
 
     @classmethod
     def all_of(cls, array: Any) -> list["Health"]:
-        """Return the entries of a DiagnosticArray that nodes of ab_sim wrote, by their tasks."""
+        """Return those entries of a DiagnosticArray whose task is one of ab_sim's nodes."""
         # ROS stores the level as a byte, bag files as a number.
         levels = {
             spelling: level for level in Level for spelling in (level.value, bytes([level.value]))

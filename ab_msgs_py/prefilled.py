@@ -95,7 +95,7 @@ class Prefilled:
             raise ValueError(f"a field of type {kind} cannot be prefilled")
 
     def _room(self, alignment: int, content: bytes) -> int:
-        """Append content at its alignment and return its offset."""
+        """Append padding up to the alignment and then ``content``; return the content's offset."""
         self._bytes += bytes(-(len(self._bytes) - len(_HEAD)) % alignment)
         place = len(self._bytes)
         self._bytes += content

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from ab_msgs_py.ros_messages import Fields, MalformedMessage
 
 HOUSING = "drive_housing"
-"""Name of the frame with inertial axes at the shaft's rest position, x and y across it
+"""Name of the frame with inertial axes at the shaft's rest position, x and y across the shaft
 (REP-103)."""
 DECK = "deck"
 """Name of the frame with the deck's axes, z along the shaft; at rest they are those of HOUSING."""
@@ -62,7 +62,7 @@ def number_fields(number: float) -> Fields:
 
 
 def number_of(message: Any) -> float:
-    """Return the number in a message without a check of its value: the drive checks commands."""
+    """Return the number in a message, unchecked, because the drive checks commands."""
     return float(message.data)
 
 
@@ -280,7 +280,7 @@ class WhirlSample:
 
 @dataclass(frozen=True)
 class VibrationSample:
-    """Acceleration of the deck, or reading of an accelerometer on it, as ``vibration``."""
+    """Sample of ``vibration``: acceleration of the deck, or reading of an accelerometer."""
 
     time: int
     """Simulated time [ns]."""
@@ -329,7 +329,7 @@ class PoseSample:
 
 
 Frames = Iterable[tuple[str, PoseSample]]
-"""Names of frames and their poses in their parent frames."""
+"""Frames: each with its name and its pose in the parent frame."""
 
 
 def frames_fields(frames: Frames) -> Fields:

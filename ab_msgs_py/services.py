@@ -53,7 +53,7 @@ Answer = tuple[bool, str]
 
 
 class Stepped(NamedTuple):
-    """Result of a ``STEP`` request, as JSON in its answer.
+    """Result of a ``STEP`` request, sent as JSON in the answer's text.
 
     The samples of the steps are published before the answer.
     """

@@ -50,14 +50,14 @@ class Conversion(NamedTuple):
     fields: Callable[[Any], Fields]
     """Function from a sample to message fields."""
     sample: Callable[[Any], Any]
-    """Function from a message to its sample, for any decoder; raises MalformedMessage."""
+    """Function from a message of rclpy or rosbags to a sample; raises MalformedMessage."""
 
 
 class Topic(NamedTuple):
     """Topic of the contract, with everything that the contract specifies."""
 
     name: str
-    """Name relative to the node's namespace, unless it begins with a slash."""
+    """Name, relative to the node's namespace unless the name begins with a slash."""
     type_name: str
     """Type of the messages in ROS notation: ``std_msgs/msg/Float64``."""
     conversion: Conversion
@@ -119,7 +119,7 @@ class Topic(NamedTuple):
         return node.create_subscription(self.type, self.name, callback, self.qos.profile, raw=True)
 
     def publishers(self, node: "Node") -> int:
-        """Return the number of publishers of this topic, with names resolved for a node."""
+        """Return the number of publishers of this topic that a node has discovered."""
         return node.count_publishers(node.resolve_topic_name(self.name))
 
 

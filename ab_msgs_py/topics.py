@@ -219,7 +219,7 @@ def block_bytes(block: Block) -> bytes:
 
 @lru_cache(maxsize=16)
 def _head(channels: tuple[str, ...], rows: int) -> bytes:
-    """Serialise everything of a block except its samples, which come last."""
+    """Return the serialised head of a block: all bytes before the samples."""
     from rclpy.serialization import serialize_message
 
     samples = np.zeros((rows, len(channels)))

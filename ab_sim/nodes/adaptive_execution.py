@@ -27,7 +27,7 @@ class SpindleSample(NamedTuple):
     """Speed [rad/s]."""
 
     def until(self, later: "SpindleSample", time: int) -> tuple[float, float]:
-        """Return angle [rad] and speed [rad/s] at a time between this and a later sample [ns].
+        """Return angle [rad] and speed [rad/s] at a time [ns] between this sample and a later one.
 
         The angle is the cubic through both angles and speeds, which is exact for constant
         acceleration. Angles reported within one turn may lack whole turns, which are added.
@@ -57,7 +57,7 @@ class Reading(NamedTuple):
 
 
 class PairedSamples:
-    """Combines each reading with the spindle's motion at its time, and passes them on in order.
+    """Combines each reading with the spindle's motion at the same time, and passes on the pairs.
 
     Samples that are not finite are ignored. If time decreases, the drive was reset, and waiting
     readings are dropped.
@@ -128,7 +128,7 @@ class PairedSamples:
         self.unpaired = whole(state["unpaired"], 0)
 
     def _pair(self, reading: Reading) -> None:
-        """Pass a reading on with the spindle's motion at its time, or count it as unpaired."""
+        """Pass on a reading with the spindle's motion at the same time, or count it as unpaired."""
         before, last, time = self._before, self._last, reading.time
         if last is not None and time == last.time:
             at = last.angle, last.speed

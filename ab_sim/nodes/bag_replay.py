@@ -152,7 +152,7 @@ class BagReplay(BaseNode):
         return published
 
     def _refuse_other_publishers(self) -> None:
-        """Refuse to replay while a simulator publishes the same clock: time would jump."""
+        """Refuse to replay while another node publishes a clock of the bag, as time would jump."""
         for name in self._topics:
             if name.endswith("/clock") and self.count_publishers(name) > 1:
                 raise InputError(

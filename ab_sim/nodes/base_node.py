@@ -22,7 +22,7 @@ from ab_msgs_py.services import CHANGE_STATE, Answer, answer_waiting, serve_swit
 from ab_sim.base.errors import AbSimError, Interrupted, visible
 
 PARAMETERS = "parameters"
-"""Key in a node's diagnostics, and first word of the log entry, with its changed parameters."""
+"""Key in diagnostics, and first word of the log entry, for a node's changed parameters."""
 
 
 class BaseNode(Node):
@@ -76,7 +76,7 @@ class BaseNode(Node):
 
 
 def _answered(work: Callable[..., Answer]) -> Callable[..., Answer]:
-    """Return ``work`` with AbSimErrors turned to refusals, so that they do not end the node."""
+    """Return ``work`` such that an AbSimError becomes a refusal and does not end the node."""
 
     @functools.wraps(work)
     def answer(*values: bool) -> Answer:
@@ -247,7 +247,7 @@ class ManagedNode(BaseNode, LifecycleNode):
         return future.result()
 
     def run_unless_shut_down(self, work: Callable[[], Result]) -> Result:
-        """Run long work of a callback in a separate thread, and wait for its end.
+        """Run a callback's long work in a separate thread; wait until the end or a shut-down.
 
         A callback that does not return would keep the node from exiting and from leaving the graph.
 
@@ -265,7 +265,7 @@ class ManagedNode(BaseNode, LifecycleNode):
         return future.result()
 
     def _done(self, work: Callable[[], None]) -> TransitionCallbackReturn:
-        """Perform a transition, and return its result for rclpy.
+        """Perform a lifecycle transition, and return success or failure for rclpy.
 
         An exception is kept for the main loop (``answer``), because rclpy would drop it.
         """
@@ -284,7 +284,7 @@ class ManagedNode(BaseNode, LifecycleNode):
 
 
 def _in_a_thread(work: Callable[[], Result]) -> Future[Result]:
-    """Call a function in a new thread, and return the future of its result.
+    """Call a function in a new thread, and return a future with the function's result.
 
     The thread is a daemon: unlike those of a ThreadPoolExecutor, it does not delay the exit.
     """

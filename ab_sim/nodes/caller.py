@@ -235,7 +235,7 @@ class Caller:
             self.wait_until(lambda: False, _ACQUAINTED)
 
     def _all_discovered(self) -> bool:
-        """Return whether there are as many discovered nodes as DDS participants on this machine."""
+        """Return whether as many nodes are discovered as this machine has DDS participants."""
         there = participants_here()
         return there is not None and len(self.node.get_node_names()) >= there
 
@@ -251,7 +251,7 @@ class Caller:
         return f"there is no node at all on ROS_DOMAIN_ID {domain}, {DISCOVERY_RANGE} {reach}"
 
     def _not_offered_text(self, node: str, service: str) -> str:
-        """Return the error for a service that a node does not offer, with what is available."""
+        """Return the error for a service that a node lacks, with the nodes and services found."""
         nodes = self.nodes()
         text = f"no node offers {node}/{service} (waited {self._timeout:g} s); "
         if not nodes:
@@ -280,7 +280,7 @@ class Caller:
 
 
 def _specific(services: Iterable[str]) -> list[str]:
-    """Return the services except those that every ROS node has."""
+    """Return the services without those that every ROS node has, such as for parameters."""
     common = ("parameter", "type_description")
     return [name for name in services if not any(word in name for word in common)] or ["nothing"]
 

@@ -78,7 +78,7 @@ class CommandOnBus(NamedTuple):
     """Command that is on the bus."""
 
     due: int
-    """Step at which it leaves the bus."""
+    """Number of the step at which the command leaves the bus."""
     wanted: float | TimedSpeeds
     """Target speed [rad/s], or a trajectory."""
     stamp: int
@@ -114,7 +114,7 @@ class CommandPath:
         self.accepted = self.rejected = self.ignored = self.dropped = self.silences = 0
         self.last_rejected = math.nan
         self.rejected_with_report = 0
-        """Number of rejected commands that the caller reports one by one, such as trajectories."""
+        """Number of rejected commands of kinds that the caller reports singly, as trajectories."""
         self.trajectory_news: list[TrajectoryAnswer] = []
         """Answers to trajectories, newest last; the caller clears the list."""
         self.acted: list[int] = []
@@ -167,7 +167,7 @@ class CommandPath:
         self._last_order: SpeedOrder | TrajectoryOrder | None = None
 
     def count_from(self, now: int, then: int) -> None:
-        """Renumber the steps, so that step ``now`` becomes step ``then``."""
+        """Shift step numbers and trajectory times, so that step ``now`` becomes step ``then``."""
         by = then - now
         self._bus = deque(
             CommandOnBus(command.due + by, self._moved(command.wanted, by), command.stamp)
@@ -179,7 +179,7 @@ class CommandPath:
             self.trajectory = self._moved(self.trajectory, by)
 
     def _moved(self, wanted: Any, by: int) -> Any:
-        """Return a command with its start, if it has one, moved by a number of steps."""
+        """Return a command; the start of a trajectory that has one is moved by ``by`` steps."""
         if not isinstance(wanted, TimedSpeeds) or wanted.start is None:
             return wanted
         return wanted._replace(start=wanted.start + by * self._step_ns)
@@ -301,7 +301,7 @@ class CommandPath:
         return None if last is None else max(now - last, 0) * self._step
 
     def follows(self, now: int) -> bool:
-        """Return whether a trajectory leads, and has not reached its last point at a step."""
+        """Return whether at step ``now`` a trajectory leads and has not reached its last point."""
         return self.trajectory is not None and self._end_of(self.trajectory) > now
 
     @property
@@ -312,7 +312,7 @@ class CommandPath:
         return max(self._last, self._end_of(self.trajectory))
 
     def _end_of(self, trajectory: TimedSpeeds) -> int:
-        """Return the step at which a trajectory reaches its last point."""
+        """Return the number of the step at which a trajectory reaches its last point."""
         assert trajectory.start is not None
         return math.ceil((trajectory.start / 1e9 + trajectory.lasts) / self._step - 1e-9)
 
@@ -446,7 +446,7 @@ class CommandPath:
                 return
 
     def _changed(self) -> SpeedOrder | None:
-        """Return the present order if it differs from the last one."""
+        """Return the present order for the spindle if it differs from the last order, else None."""
         order = None if self.trajectory is not None else self._present_order()
         if order is None or order == self._last_order:
             return None
@@ -469,7 +469,7 @@ class CommandPath:
         return self._random.random()
 
     def _draw_from(self, draws: int) -> None:
-        """Set the jitter's random generator to the state after this number of draws."""
+        """Set the random generator of the bus's jitter to the state after ``draws`` draws."""
         self._draws = draws
         self._random = np.random.Generator(np.random.PCG64(self._seed).advance(draws))
 

@@ -19,7 +19,7 @@ from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAct
 from ab_sim.nodes.pacing import DurationHistogram
 
 _PARTICIPANT = 12
-"""Length of the part of an endpoint's identifier that identifies its participant [bytes]."""
+"""Length of an endpoint identifier's first part, which identifies the participant [bytes]."""
 
 
 class Endpoint(NamedTuple):
@@ -44,7 +44,7 @@ class CommandSources(NamedTuple):
     def of(
         endpoints: Sequence[Endpoint], senders: Collection[bytes], recent: set[bytes]
     ) -> CommandSources:
-        """Count the sources among publishers, by the messages received from them.
+        """Count the nodes among publishers of commands, and the publishers that may be dead.
 
         DDS lists a killed process for another 20 s. It does not count if another process with a
         node of the same name has recently sent, because the node was then restarted. A publisher
@@ -87,7 +87,7 @@ _CLOCK_SET = 20_000_000
 """Change of the difference between system clock and steady clock that shows that the system clock
 was set [ns]."""
 _LATELY = 2.0
-"""Silence after which a publisher may be dead although its DDS lease has not ended [s]."""
+"""Silence after which a publisher of commands counts as possibly dead [s]."""
 _MOST_REFUSALS = 20
 """Largest number of different reasons of refused joint commands that are logged."""
 _TOPICS = (topics.COMMAND, topics.TRAJECTORY, topics.JOINT_COMMAND)
@@ -197,7 +197,7 @@ class PendingCommands:
             self._path.renew(now)
 
     def _read(self) -> Iterator[tuple[Topic, Subscription[Any]]]:
-        """Return the topics with their subscriptions."""
+        """Return each topic of commands with the subscription to it."""
         return zip(_TOPICS, self._subscriptions, strict=True)
 
     def _pass_on(self, topic: Topic, message: Any, now: int, stamp: int) -> None:

@@ -10,9 +10,9 @@ from importlib.metadata import distributions, version
 from pathlib import Path
 
 DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
-"""Environment variable of ROS for the discovery range, and its value if the user has set none."""
+"""ROS's environment variable for the discovery range, and the value used if it is not set."""
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
-"""Environment variable of Fast DDS for its transports; with LOCALHOST, rmw_fastrtps sets others."""
+"""Fast DDS's environment variable for transports; rmw_fastrtps ignores it with LOCALHOST."""
 PROFILES = {
     2: ("FASTRTPS_DEFAULT_PROFILES_FILE", Path(__file__).with_name("discovery_fast_dds_2.xml")),
     3: ("FASTDDS_DEFAULT_PROFILES_FILE", Path(__file__).with_suffix(".xml")),
@@ -32,7 +32,7 @@ def _ends_here() -> bool:
 
 
 def _has_udp_only() -> bool:
-    """Return whether the user chose UDP, and a discovery range in which ROS uses this choice."""
+    """Return whether the user chose UDP as transport, and the discovery range permits that."""
     return not _ends_here() and os.environ.get(TRANSPORTS, "").startswith("UDP")
 
 
@@ -87,7 +87,7 @@ of 100 sockets; none of 1,000 groups of five reads did."""
 
 
 def participants_here() -> int | None:
-    """Return the number of participants on this domain, with this process; None if unknown.
+    """Return the number of DDS participants on this domain, this process's included; None: unknown.
 
     Each participant on this machine has a port that the DDSI specification determines. The number
     is known only if discovery is limited to this machine.
@@ -99,7 +99,7 @@ def participants_here() -> int | None:
 
 
 def unheard_users() -> str:
-    """Return a warning if other users' participants are on this domain, else an empty text.
+    """Return a warning if other users' DDS participants are on this domain, else an empty text.
 
     These participants discover each other over UDP, but exchange no data, because data pass
     through shared memory, which belongs to one user.
@@ -141,7 +141,7 @@ def stuck_ports() -> str:
 
 
 def _stays_empty(file: Path) -> bool:
-    """Return whether a file is empty, and still empty when Fast DDS should have written it."""
+    """Return whether a file remains empty for longer than Fast DDS takes to fill a new one."""
     try:
         status = file.stat()
         if status.st_size == 0:
@@ -153,7 +153,7 @@ def _stays_empty(file: Path) -> bool:
 
 
 def _domain() -> int:
-    """Return the DDS domain of this process."""
+    """Return the DDS domain id of this process, from ``ROS_DOMAIN_ID``."""
     return int(os.environ.get("ROS_DOMAIN_ID") or 0)
 
 
@@ -166,7 +166,7 @@ def _name(user: int) -> str:
 
 
 def _sockets() -> dict[int, int] | None:
-    """Return the user id of each participant on this domain, by port; None if unknown."""
+    """Return the user id of each DDS participant on this domain, by UDP port; None if unknown."""
     try:
         first = BASE + PER_DOMAIN * _domain() + FIRST
         files = [file for file in _SOCKETS if file.exists()]

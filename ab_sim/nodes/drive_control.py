@@ -133,7 +133,7 @@ class DriveControl:
             return True, f"{prepared.scene.name}, t = 0"
 
     def load_disc(self) -> Answer:
-        """Replace the disc by that of the parameters, in the present state."""
+        """Replace the disc by that of the parameters `disc_...`; the present motion continues."""
         node, values = self._node, self._node.settings.values
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
@@ -155,13 +155,13 @@ class DriveControl:
             return True, f"eccentricity {eccentricity:g} m, {angle:g} rad further"
 
     def inject_faults(self) -> Answer:
-        """Replace all faults by those of the parameter `faults`; time continues."""
+        """Replace the drive's faults by those of the parameter `faults`; time continues."""
         if not (faults := faults_of(self._node.settings.values["faults"])):
             return False, "the parameter faults is empty: set it first, or call ~/clear_faults"
         return self._break(faults)
 
     def clear_faults(self) -> Answer:
-        """Remove all faults; time continues."""
+        """Remove the drive's faults; time continues."""
         return self._break(())
 
     def save_snapshot(self) -> Answer:
@@ -278,7 +278,7 @@ class DriveControl:
     def leap(
         self, leap: Callable[[Session], None], text: str, expected: Session | None = None
     ) -> Answer:
-        """Change the state or time of a session, and continue from there.
+        """Change the state or time of a session, and continue the run from the new one.
 
         Parameters
         ----------
@@ -316,7 +316,7 @@ def sound(session: Session) -> Session:
 
 
 def _leave(session: Session) -> None:
-    """Bring the present drive up to date, and publish its last samples and diagnostics."""
+    """Take the due steps of a drive that will be replaced; publish last samples and diagnostics."""
     session.catch_up()
     _publish_last(session)
 

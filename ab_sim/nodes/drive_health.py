@@ -17,9 +17,9 @@ PERIOD = 1.0
 _WINDOWS = (10, 60)
 """Longer windows over which the real-time factor is measured, in units of ``PERIOD``."""
 ABSENT = 10.0
-"""Time after which a warning that disappeared is logged again if it returns [s]."""
+"""Least absence of a warning [s] after which its return is logged again."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
-"""Numbers in a warning, which do not distinguish it from earlier ones."""
+"""Pattern of numbers in a warning; warnings that differ only in numbers are the same."""
 
 
 class RealTimeTolerance(NamedTuple):
@@ -188,7 +188,7 @@ class DriveHealth:
         return factors
 
     def _off_pace(self) -> bool:
-        """Return whether the real-time factor deviates too much from the requested one."""
+        """Return whether the real-time factor is beyond tolerance from the requested factor."""
         if self._factor is None or not self.paced:
             return False
         return abs(self._factor / self._pacer.factor - 1.0) > self.tolerance.factor

@@ -1,4 +1,4 @@
-"""Parameters of `drive_sim`, and their conversion to the settings of its parts."""
+"""Parameters of `drive_sim`, and their conversion to settings of drive, pacing and outputs."""
 
 import enum
 import math

@@ -38,7 +38,7 @@ from ab_sim.scene.sensors import SPINDLE, steps_per_sample
 
 
 class _SensorStream(NamedTuple):
-    """Publisher of one sensor, and the conversion of its samples."""
+    """Publisher of one sensor, and the conversion of samples to messages."""
 
     publisher: Publisher[Any]
     message: Prefilled
@@ -78,7 +78,7 @@ class Accelerometers:
         self._streams: list[_SensorStream] = []
 
     def begin(self, scene: Scene) -> None:
-        """Publish this scene's sensors from now on, and warn of sensors that may alias."""
+        """Create publishers for the sensors of a scene, and warn of sensors that may alias."""
         step, axes = scene.solver.step, 2 if scene.deck is None else 3
         namespace, nothing = self._node.get_namespace(), (0.0, 0.0, 0.0)
         prefilled: dict[str, tuple[Topic, Prefilled]] = {}
@@ -137,11 +137,11 @@ class TurnVectorPublisher:
         self._turn: TurnVector | None = None
 
     def begin(self, scene: Scene) -> None:
-        """Restart at the next sample, because it belongs to another run."""
+        """Forget earlier samples, because the next one belongs to another run."""
         self._turn, self._step_ns = None, round(scene.solver.step * 1e9)
 
     def publish(self, runs: Sequence[Trajectory]) -> None:
-        """Publish the vector at the last sample, if there is a whole turn before it.
+        """Publish the vector over the turn before the last sample, if there was a whole turn.
 
         Parameters
         ----------
@@ -360,12 +360,12 @@ class Outputs:
             self._clock.handle.publish_raw(self._now.at(time_ns, ()))
 
     def write(self, parts: Sequence[Trajectory]) -> None:
-        """Publish a block with the samples of these trajectories, if there are any."""
+        """Publish one block with the samples of all ``parts``, unless there are none."""
         if parts and len(block := Trajectory.join(list(parts))):
             self._block.publish(topics.block_bytes(Block(block.channels, block.samples)))
 
     def other_clock(self) -> str:
-        """Return an error text if another node publishes the same clock; empty if not."""
+        """Return an error text if another node publishes to this node's clock topic, else ''."""
         if self._clock is None or topics.CLOCK.publishers(self._node) < 2:
             return ""
         clock = self._node.resolve_topic_name(topics.CLOCK.name)
@@ -398,7 +398,7 @@ class _Stream(NamedTuple):
 
 
 def _numbers_at(places: Sequence[int]) -> Callable[[list[float]], tuple[float, ...]]:
-    """Return a function that selects the numbers at these indices as a tuple."""
+    """Return a function from a list to the tuple of its numbers at the indices ``places``."""
     selected = itemgetter(*places)
     return selected if len(places) > 1 else lambda values: (selected(values),)
 

@@ -170,7 +170,7 @@ class Pacer:
         self._recent = Pacing()
         self._origin = 0.0
         self._begun = 0.0
-        """Elapsed fraction of a step when time was last stopped, so that pauses lose no time."""
+        """Fraction of a step that had elapsed when time last stopped; pauses thus lose no time."""
         self._taken = 0
         self._wakes = 1
 
@@ -230,7 +230,7 @@ class Pacer:
         return due
 
     def continue_counts(self, before: "Pacer") -> None:
-        """Take over the counts of another pacer, so that they last from configure to cleanup."""
+        """Continue the counts of the pacer before, because counts last until cleanup."""
         self.total, self.lateness = before.total, before.lateness
 
     def recent(self) -> Pacing:
@@ -248,7 +248,7 @@ class Pacer:
         return math.floor(self._over(now) + 1e-6) - self._taken
 
     def _take(self, due: int) -> int:
-        """Count the due steps as taken, at most the budget, and return their number."""
+        """Return the number of steps to take now, ``due`` but within the budget, and count it."""
         due = max(min(due, round(self._budget * max(self._factor, 1.0))), 0)
         self._taken += due
         return due
@@ -285,7 +285,7 @@ class Ticker:
         return max(self._origin + self._next * self.period - now, 0.0)
 
     def due(self, now: float) -> bool:
-        """Return whether a tick is due now, and if so advance to the next one."""
+        """Return whether a tick is due now, and if so plan the next tick."""
         passed = math.floor((now - self._origin) / self.period + 1e-9)
         if passed < self._next:
             return False

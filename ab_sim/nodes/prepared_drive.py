@@ -26,7 +26,7 @@ _LONGEST_CHECK = 0.25
 
 
 class Rates(NamedTuple):
-    """Rates of the main loop, and limits of its lag."""
+    """Rates of the main loop, and limits of how far the loop may lag behind real time."""
 
     wake: float
     """Number of wake-ups per second [1/s]."""
@@ -37,7 +37,7 @@ class Rates(NamedTuple):
     patience: float
     """Lag beyond which steps are dropped [s]."""
     catch_up: float
-    """Largest number of steps at one wake-up, in multiples of its usual number."""
+    """Largest number of steps at one wake-up, relative to the usual number per wake-up."""
 
 
 def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
@@ -191,7 +191,7 @@ SLICE = 1000
 
 
 class CommandedDrive:
-    """Advances a drive, and applies each order and fault at its step.
+    """Advances a drive, and applies each speed order and fault at the step for which it is due.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ class CommandedDrive:
         self.set_checks(checks)
 
     def advance(self, steps: int) -> Iterator[Trajectory]:
-        """Take integration steps, and yield their trajectories in parts.
+        """Take integration steps, and yield the trajectory in successive parts.
 
         Raises
         ------

@@ -28,7 +28,7 @@ _SECURITY = "ROS_SECURITY_ENABLE"
 _MOST_DOMAIN = 232
 """Largest domain id whose UDP port numbers exist (DDSI-RTPS, 9.6.2)."""
 _UNREADABLE = re.compile(r"params file: '--params-file (.+)'\. Error: (.+?)\s*, at /", re.DOTALL)
-"""Part of rcl's error that names a parameter file and what is wrong with it."""
+"""Pattern of the parameter file's name and the reason in rcl's error on a bad file."""
 
 
 def init_ros(arguments: Sequence[str] | None = None) -> None:
@@ -105,7 +105,7 @@ def _check_security() -> None:
 
 
 def _outside_ros_args(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments before --ros-args, or after the `--` that ends it."""
+    """Return the arguments that are not for ROS: before --ros-args, or after its final `--`."""
     # `remove_ros_args` would take `scene:=x` for a remapping in the old style, and remove it.
     outside, ours = [], True
     for argument in arguments:
@@ -124,7 +124,7 @@ def _as_parameter(stray: str) -> str:
 
 
 _NOTICED = 0.2
-"""Time for peers to notice that the node has gone, before its participant leaves [s]. With a peer
+"""Time between the node's end and the DDS participant's [s], in which peers notice. With a peer
 that was repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
 
 LONGEST = 5.0
@@ -150,7 +150,7 @@ def leave_graph(node: Node, longest: float = LONGEST) -> bool:
 
 
 def completes(destroy: Callable[[], None], longest: float = LONGEST) -> bool:
-    """Destroy ROS nodes in a separate thread, and return whether it finished.
+    """Destroy ROS nodes in a separate thread, and return whether that ended within ``longest`` [s].
 
     Fast DDS 3.2 may deadlock if a peer leaves at the same time, as in 1 of 90 runs of
     ``ab-sim demo``: a thread that removes the peer's writer holds the lock of the participant's

@@ -165,7 +165,7 @@ class ProfileController(BaseNode):
         self._settings.accept_changes(self._check, self._apply)
 
     def start(self) -> Answer:
-        """Start the profile of the parameters from its beginning."""
+        """Start the profile that the parameters name, from its beginning."""
         with self._lock:
             if refusal := self._begin(self._next):
                 return False, refusal
@@ -244,7 +244,7 @@ class ProfileController(BaseNode):
         return self._sim_time if self._simulated else time.monotonic_ns()
 
     def _listeners_to(self, publisher: Publisher[Any]) -> set[str]:
-        """Return the full names of a publisher's subscribers that obey it: all but recorders."""
+        """Return the full names of a publisher's subscribers that obey: all except recorders."""
         return {
             f"{info.node_namespace.rstrip('/')}/{info.node_name}"
             for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
@@ -280,7 +280,7 @@ class ProfileController(BaseNode):
         self.end()
 
     def report(self, ended: bool = False) -> None:
-        """Publish the diagnostics of this node; ``ended``: as its last message."""
+        """Publish the diagnostics of this node; ``ended``: the last ones, which report the end."""
         level, message, values = health_of(self._timed.run)
         if self._ticker is not None:
             values["ticks lost"] = str(self._ticker.lost)
@@ -304,7 +304,7 @@ class ProfileController(BaseNode):
         self._action.end(lambda: self._outcome("the profile controller has ended; "))
 
     def _check(self, values: Values) -> None:
-        """Read and keep the profile of new parameter values, because its file may change later.
+        """Read the profile that new parameter values name, and keep it, as its file may change.
 
         Raises
         ------
@@ -428,7 +428,7 @@ class ProfileController(BaseNode):
         self.get_logger().warning(words)
 
     def _receive_clock(self, message: Any) -> None:
-        """Process a message on /clock, and command the speed at its time."""
+        """Process a message on /clock, and command the profile's speed at the message's time."""
         self._sim_time = topics.CLOCK.sample(message)
         self._tick()
 

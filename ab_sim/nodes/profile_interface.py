@@ -31,7 +31,7 @@ _HEALTH = {
     ProfileState.DONE: "profile done, holding its final speed",
     ProfileState.ABORTED: "aborted, commanding standstill",
 }
-"""Messages for states that their status text does not describe well enough."""
+"""Diagnostics messages for profile states whose status text is not clear enough."""
 
 
 def log_text(status: str, well: bool = True) -> str:
@@ -138,7 +138,7 @@ class ProfileAction:
             self._goal.publish_feedback(actions.feedback_of(progress()))
 
     def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:
-        """Set the result of the present goal, if there is one; ``well``: it has succeeded."""
+        """Set the result of the present goal, if any: success if ``well``, else failure."""
         goal, self._goal = self._goal, None
         if goal is not None:
             self._end(goal, well, outcome())

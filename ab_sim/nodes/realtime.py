@@ -62,7 +62,7 @@ def lock_memory() -> str:
 
 
 _frozen = False
-"""True once this process has frozen its objects."""
+"""True once this process has excluded its objects from garbage collection."""
 
 
 def freeze_garbage_collector() -> None:

@@ -82,7 +82,7 @@ class BagRecorder:
         }
 
     def _put(self, topic: str, message: bytes) -> None:
-        """Queue a serialised message with its time of reception."""
+        """Queue a serialised message with the present time as its receive time [ns]."""
         # The middleware knows the time more exactly, but under EventsExecutor a callback with
         # message info makes rclpy 9.1 end with a SystemError.
         self._inbox.put(topic, (time.time_ns(), message))
@@ -188,11 +188,11 @@ class RecordedFiles:
 
     @property
     def refused(self) -> int:
-        """Number of periods around events that were decimated because there were too many."""
+        """Number of events not recorded at full rate, because there were too many events."""
         return self._refused + (self._recording.stretches_refused if self._recording else 0)
 
     def begin(self, description: Mapping[str, Any]) -> None:
-        """Begin a file for a drive, at its first description or after its restart."""
+        """Begin a file when a drive has published its first description, or one after a restart."""
         if self._path is None:
             return
         self.close()
@@ -257,13 +257,13 @@ class RecordedFiles:
         self._write(lambda recording: recording.event(time, text, level, source))
 
     def state(self, name: str, time: float, state: str) -> None:
-        """Write a state if it has changed, and repeat it at the start of each further file."""
+        """Write a named state if it has changed; further files begin with the present state."""
         if self._states.get(name) != state:
             self._states[name] = state
             self._write(lambda recording: recording.state(name, time, state))
 
     def standing(self, about: str, time: float, text: str, source: str) -> None:
-        """Write an event if it has changed, and repeat it at the start of each further file.
+        """Write an event that holds until it changes; further files begin with the present one.
 
         Parameters
         ----------
@@ -294,14 +294,14 @@ class RecordedFiles:
             self._show(lambda recording: recording.conclude())
 
     def close(self) -> None:
-        """Close the file, if there is one."""
+        """Close the present file, if one is open."""
         self._write(lambda recording: recording.close())
         if (recording := self._recording) is not None:
             self._leave(recording)
 
     @property
     def _numbered(self) -> Path:
-        """Path of the next file, with its number."""
+        """Path of the next file; from the second on, the name has a number."""
         assert self._path is not None
         number = f"-{self._number}" if self._number > 1 else ""
         return self._path.with_stem(f"{self._path.stem}{number}")
@@ -364,7 +364,7 @@ class RecordedFiles:
             self._shown = None
 
     def _flush_shown(self) -> None:
-        """Send a batch to the viewer, unless it is still busy with earlier ones."""
+        """Send collected data to the viewer, unless the viewer is still busy with earlier data."""
         if self._shown is None or self._viewer is None:
             return
         interval = self._viewer.interval(self._shown.id, self._shown_until)

@@ -38,7 +38,7 @@ from ab_sim.record.recording.drawing import Drawing
 from ab_sim.show.viewing import Viewer
 
 _NICENESS = 5
-"""Difference by which the recorder's priority is lower than that of the drive (`man nice`)."""
+"""Nice value added to the recorder's process, so that the drive has priority (`man nice`)."""
 _WRITE_PERIOD = 0.1
 """Time between two writes [s]: a viewer lags by this time, and a killed recorder loses it."""
 _REPORT_PERIOD = 1.0
@@ -127,7 +127,7 @@ class Recorder(BaseNode):
         self._description: dict[str, Any] | None = None
         self._time = 0.0
         self._drive_ended: int | None = None
-        """Time of a drive's last step [ns], until its samples have arrived; None: it runs."""
+        """Time [ns] of the last step of a drive that ended, until its samples arrive; else None."""
         self._levels: dict[str, Level] = {}
         self._malformed = 0
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic

@@ -91,7 +91,7 @@ class Session:
         return self.paused or self.mode is TimeMode.LOCK_STEP
 
     def begin(self, prepared: PreparedDrive) -> None:
-        """Run this drive from now on."""
+        """Replace the session's drive by a prepared one, and publish its description."""
         prepared.pacer.continue_counts(self.now.pacer)
         self.now = prepared
         self.commanded = CommandedDrive(prepared.drive, self.path, prepared.checks)
@@ -104,7 +104,7 @@ class Session:
         self._node.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
 
     def replace_drive(self, prepared: PreparedDrive) -> None:
-        """Continue with a drive that differs in its faults, from the present state."""
+        """Continue from the present state with a drive that differs only in faults."""
         faults = transfer_faults(self.now.drive, prepared.drive, self.commanded.faults)
         self.now = prepared
         self.commanded = CommandedDrive(prepared.drive, self.path, prepared.checks, faults)
@@ -129,7 +129,7 @@ class Session:
         self.active = False
 
     def finish(self, text: str) -> None:
-        """Publish the last block, and diagnostics with this text."""
+        """Publish the last block of samples, and diagnostics with ``text`` as message."""
         self.take_commands()
         self.flush()
         self.report(text)

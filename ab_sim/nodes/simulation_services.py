@@ -51,7 +51,7 @@ class SimulateSteps:
         )
 
     def _accepted(self, goal: Goal) -> None:
-        """Begin a new goal, or abort it if another one is being executed."""
+        """Begin an accepted goal, or abort it if another goal is being executed."""
         goal.execute()
         if self._goal is not None:
             self._end(goal, "another goal is being executed; cancel it first")

@@ -102,7 +102,7 @@ _PERIODS_AGREE = 1e-9
 
 
 class CheckedProfile:
-    """Requested and checked profile before its start.
+    """Profile that was requested and checked, and has not started.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ class CheckedProfile:
 
     @property
     def made_of(self) -> dict[str, Any]:
-        """Definition of the profile, as JSON-able values, to compare it with that of a snapshot."""
+        """Definition of the profile as JSON-able values, for comparison with a snapshot's."""
         requested = self._requested
         definition: Mapping[str, Any] = {
             "profile": requested.profile.model_dump(mode="json"),
@@ -192,7 +192,7 @@ class CheckedProfile:
 
 
 def _settings(requested: RequestedProfile, profile: AdaptiveProfile) -> StartUpSettings:
-    """Return the settings of an adaptive start-up, with the sensor of its scene if there is one."""
+    """Return the settings of an adaptive start-up, with the scene's sensor if there is a scene."""
     if requested.scene is not None:
         return settings_of(requested.scene)
     # A profile without a scene does not describe the sensor. The noise is then estimated. Unknown
@@ -201,7 +201,7 @@ def _settings(requested: RequestedProfile, profile: AdaptiveProfile) -> StartUpS
 
 
 _LEAP = 2_000_000_000
-"""Advance of a clock between two commands from which on it may be a jump [ns]."""
+"""Least advance of a clock between two commands that may be a jump [ns]."""
 FASTEST = 200.0
 """Largest ratio of simulated to real time; a faster advance is a jump."""
 
@@ -238,7 +238,7 @@ class TimedRun:
 
     @property
     def waits(self) -> bool:
-        """True if the run was restored, and waits until the drive is restored, too."""
+        """True if this run has been restored from a snapshot, and the drive has not yet been."""
         return self._put_back is not None
 
     @property
@@ -346,7 +346,7 @@ class TimedRun:
     def restore(
         self, now: int, snapshot: ProfileSnapshot, plan: CheckedProfile | None, silence: float
     ) -> None:
-        """Restore a snapshot, and continue when the drive has reached its time.
+        """Restore a snapshot, and continue when the drive's time is that of the snapshot.
 
         Parameters
         ----------

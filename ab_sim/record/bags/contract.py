@@ -87,7 +87,7 @@ DECIMATED = BLOCK._replace(name="recording/decimated", qos=Qos())
 """Topic that only bags have. Before each block of a decimated run, it has a block with the number
 of omitted rows up to each row, and the rule of decimation."""
 DECIMATED_CHANNELS = ("step", "time", "left_out", "every", "around")
-"""Channels of its blocks: step and time [s] of a kept row, omitted rows up to it, and the rule."""
+"""Channels of ``DECIMATED``: step and time [s] of a kept row, count of omitted rows, and rule."""
 NOTE = "recording."
 """Prefix of the logger's name in log messages that contain an entry of `Recording.event`."""
 
@@ -113,11 +113,11 @@ TYPES = get_typestore(Stores.ROS2_KILTED)
 """ROS 2's standard messages; those of the contract are the same in Jazzy."""
 
 _ROS_TYPE_NAMES = {"float64": "double", "float32": "float", "bool": "boolean", "byte": "octet"}
-"""Names of numeric types in ROS, for those that have another name in rosbags."""
+"""ROS's names of numeric types by rosbags' names, where these differ."""
 
 
 def encoded(topic: Topic, sample: Any) -> bytes:
-    """Return a sample as a serialised message (CDR) of its topic."""
+    """Return a sample as a serialised message (CDR) for a topic."""
     message = _message_of(topic.type_name, topic.conversion.fields(sample))
     return bytes(TYPES.serialize_cdr(message, topic.type_name))
 
@@ -149,7 +149,7 @@ def decoded(message: bytes, type_name: str) -> Any:
 
 
 def _message_of(type_name: str, fields: Mapping[str, Any]) -> Any:
-    """Return a message of rosbags from its fields; nested messages are mappings."""
+    """Return a message object of rosbags from field values; nested messages are mappings."""
     kinds = dict(TYPES.get_msgdef(type_name).fields)
     return TYPES.types[type_name](**{key: _value(kinds[key], fields[key]) for key in kinds})
 

@@ -89,7 +89,7 @@ def export_bag(
 
 
 def _notes(run: StoredRun, namespace: str) -> Iterator[TimedMessage]:
-    """Yield commands, scalars and events, and a clock message for each of their times."""
+    """Yield commands, scalars and events as messages, and a clock message at each time of one."""
     times = set()
     for name, scalar in run.notes.scalars.items():
         topic = topics.COMMAND
@@ -151,7 +151,7 @@ class _Samples:
             progress(done, extent.rows)
 
     def _blocks(self, rows: Trajectory, left_out: np.ndarray | None) -> Iterator[TimedMessage]:
-        """Yield blocks of samples, each after a block with the decimation of its rows, if any.
+        """Yield blocks of samples; with decimation, a block on the omitted rows precedes each.
 
         ``left_out`` is the number of omitted rows up to each row; None without decimation.
         """

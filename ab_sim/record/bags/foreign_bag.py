@@ -17,8 +17,8 @@ from ab_sim.record.bags.reader import Bag
 from ab_sim.record.recording import drawable
 
 _WALL = 10**18
-"""Stamps above this [ns] (after the year 2001) are wall-clock times, which count from the first
-one."""
+"""Stamp [ns] above which (after the year 2001) stamps are wall-clock times; such times count from
+the first stamp."""
 _SPINDLE = "spindle"
 _JOINTS = "joints"
 _EVERY = "every "
@@ -28,7 +28,7 @@ ACCELERATION, DISPLACEMENT = "acceleration", "displacement"
 
 
 class _Series:
-    """Samples of one topic, or of one sensor of the topic, with their stamps [ns]."""
+    """Samples of one topic, or of one sensor on a topic, each with a stamp [ns]."""
 
     def __init__(self, channels: tuple[str, ...]) -> None:
         self.channels = channels
@@ -99,7 +99,7 @@ class ForeignBag(IgnoredMessages):
         self._series: dict[str, _Series] = {}
         self._pickups: dict[str, str] = {}
         self.notes: list[str] = []
-        """Notes on sensors whose values are held between their stamps."""
+        """Notes on sensors whose last value is held until the next stamp."""
         self._commands = _Series(("command",))
         self._now = 0
         self._published: dict[str, Any] = {}
@@ -220,7 +220,7 @@ class ForeignBag(IgnoredMessages):
         self._add(_EVERY + names[0], names, sample.time, [*sample.place])
 
     def _channels(self, frame: str, kind: str) -> tuple[str, ...]:
-        """Return the channels of the sensor that has this frame; empty for the housing's frame."""
+        """Return the channel names of the sensor with a frame; empty for the housing's frame."""
         if frame in ("", frame_of(self._namespace, HOUSING)):
             return ()
         sensor = re.sub(r"[^a-z0-9_]", "_", frame.rpartition("/")[2].lower())

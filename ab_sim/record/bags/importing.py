@@ -88,13 +88,13 @@ class BagConverter(IgnoredMessages):
             self.ignore(message.topic, error)
 
     def _describe(self, description: dict[str, Any]) -> None:
-        """End the recording if another drive publishes its description."""
+        """Keep a drive's description; end the recording if it differs from the last one."""
         if description != self._description:
             self._close()
             self._description = description
 
     def _decimated(self, block: Block) -> None:
-        """Check the decimation of the next block of samples, and keep it."""
+        """Check and keep a block that describes the decimation of the next block of samples."""
         channels, rule = _checked_block(block)
         if channels != contract.DECIMATED_CHANNELS:
             raise ValueError(f"must have the channels {contract.DECIMATED_CHANNELS}")
@@ -173,7 +173,7 @@ class BagConverter(IgnoredMessages):
             getattr(self._recording, what)(*noted)
 
     def _open(self, channels: tuple[str, ...]) -> None:
-        """Begin the next recording, with the entries that came before its first sample."""
+        """Begin the next recording; write the entries that came before the first sample."""
         path, count = self._out, 1
         while path in self.files or (count > 1 and path.exists()):
             count += 1
@@ -232,7 +232,7 @@ class ImportedBag(NamedTuple):
     complete: bool
     """True if the bag was finished; if not, its readable part was used."""
     notes: list[str]
-    """Notes on sensors whose values are held between their stamps, in a bag without blocks."""
+    """Notes on sensors whose last value is held until the next stamp, in a bag without blocks."""
 
 
 def import_bag(

@@ -31,7 +31,7 @@ MOST_CHUNK = 1 << 26
 """Largest accepted size of a chunk or message of an MCAP file, unpacked [bytes]; rosbag2 begins a
 chunk every 768 KiB."""
 _MOST_RATIO = 200
-"""Largest ratio of the size of a file that was compressed as a whole to its compressed size."""
+"""Largest accepted ratio of unpacked to compressed size of a file compressed as a whole."""
 
 
 def _bound_rosbags() -> None:
@@ -47,7 +47,7 @@ def _bound_rosbags() -> None:
 
 
 def _chunk(decompressor: Any, data: bytes, size: int) -> bytes:
-    """Unpack a chunk to at most ``size`` bytes, the size that it states, or ``MOST_CHUNK``."""
+    """Unpack a chunk; refuse more than its stated ``size`` or than ``MOST_CHUNK`` bytes."""
     if size > MOST_CHUNK:
         raise ValueError(f"a chunk unpacks to {size} bytes; must be at most {MOST_CHUNK}")
     unpacked: bytes = decompressor.decompress(data, max_length=size + 1)
@@ -65,7 +65,7 @@ def _message(data: bytes) -> bytes:
 
 
 class _BoundedFile(zstd.ZstdFile):
-    """Compressed file, open for reading up to a limit of its unpacked size."""
+    """Compressed file, open for reading; its unpacked size is limited."""
 
     def __init__(self, file: BinaryIO, mode: Literal["rb"]) -> None:
         super().__init__(file, mode)
@@ -115,7 +115,7 @@ class Message(NamedTuple):
 
 
 def _match_by_name(reader: DirectoryReader) -> None:
-    """Make the topics in a bag's metadata match those in its files by name and type only.
+    """Let a reader match topics in a bag's metadata and files by name and type only.
 
     rosbags also compares QoS and type hashes, and skips the messages of a topic for which these
     differ. They differ after a conversion, or if a topic had several publishers.
@@ -297,6 +297,6 @@ def choose_namespace(bag: Bag, wanted: str | None) -> str:
 
 
 def _listed(bag: Bag) -> str:
-    """Return the first 20 topics of a bag with their types, for a message."""
+    """Return a text with names and types of a bag's first 20 topics, for a message."""
     there = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
     return ", ".join(there[:20] + ["..."] * (len(there) > 20)) or "no topics at all"

@@ -106,7 +106,7 @@ def _remove_leftovers(folder: Path) -> None:
 
 
 def _file_of(path: Path) -> Path:
-    """Return the MCAP file of a bag, given by its folder or by the file itself."""
+    """Return the MCAP file of a bag from the path of the bag's folder or of the file."""
     try:
         check_regular(path)
     except OSError as error:
@@ -120,7 +120,7 @@ def _file_of(path: Path) -> Path:
 
 
 def _copy(file: Path, repaired: Path, progress: CountProgress) -> int:
-    """Copy the readable messages of a file to a new bag, and return their number."""
+    """Copy the readable messages of a file to a new bag, and return the number of messages."""
     with Bag(file) as torn, BagWriter(repaired.parent, repaired.name) as bag:
         for name, topic in torn.topics.items():
             bag.topic(name, topic.type, topic.qos)

@@ -20,7 +20,7 @@ _UNFINISHED = "ab_sim_unfinished"
 
 
 def initial_metadata(file: Path, topics: Collection[Connection]) -> bytes:
-    """Return the content of ``metadata.yaml`` for an MCAP file and its topics, with counts of 0."""
+    """Return the content of ``metadata.yaml`` for an MCAP file without messages so far."""
     none = {"nanoseconds": 0}
     since = {"nanoseconds_since_epoch": 0}
     about: dict[str, Any] = {
@@ -100,7 +100,7 @@ def written_by(path: Path) -> str:
 
 
 class CompletedFile:
-    """Path-like object of a file without a footer, which reads as if it had one.
+    """Path-like object of an MCAP file without a footer; opened, it reads as if it had one.
 
     The footer follows the complete records, and an incomplete record at the end is left out. The
     file is not changed.

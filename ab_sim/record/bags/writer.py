@@ -87,7 +87,7 @@ class BagWriter:
         self.close()
 
     def topic(self, name: str, type_name: str, qos: Qos | None) -> None:
-        """Declare a topic before its first message.
+        """Declare a topic, which must precede the topic's first message.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class BagWriter:
         self._closed = True
 
     def _name_file(self, name: str) -> None:
-        """Rename the file, whose name rosbags chose, and lock it."""
+        """Rename the bag's file from the name that rosbags chose, and lock the file."""
         storage = self._writer.storage
         assert isinstance(storage, McapWriter)
         storage.bio.close()  # Windows renames only closed files

@@ -123,7 +123,7 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
 
 
 def _forces(drawing: Drawing, channels: Sequence[str]) -> Iterator[rrb.Container]:
-    """Yield the page of forces and, in space, of the deck's tilt and height, if there are any."""
+    """Yield the page with forces and, in space, the deck's tilt and height; none if it is empty."""
     curves, plots = drawing.curves, []
     if drawing.explanation.driven is not None:
         name = "Driving force on the balls, forward positive [N]"

@@ -137,7 +137,7 @@ FRAMES = ROTOR
 """Entity of curves with a row for each frame of the drawings, not for each sample. It is that of
 the rotor, which moves in each frame: a viewer without a GPU can process few messages at a time."""
 _LEAST = 1e-4
-"""Whirl, in e or in mm, below which its logarithm is not plotted."""
+"""Whirl, in e or mm, below which the logarithmic plot of the whirl has no points."""
 _WHIRL, _LENGTHS = "whirl", "vector_lengths"
 _WITHOUT_BALLS, _TILT, _HEIGHT, _BALLS = "without_balls", "tilt", "height", "balls"
 _LEVELS, _DRIVING = "balls_levels", "driving"

@@ -115,7 +115,7 @@ class Decimation:
         return self._rows_to_keep(len(self._pending), last=True)
 
     def _note_command_changes(self, times: Array, commands: Array) -> None:
-        """Note when the command starts to change, and when it becomes constant."""
+        """Note as events the times at which the command starts to change or becomes constant."""
         before = np.concatenate([[self._command], commands[:-1]])
         moves = times[(commands != before) & ~np.isnan(before)]
         for time in moves.tolist():
@@ -155,7 +155,7 @@ class Decimation:
             self._stretches.append((start, end))
 
     def _rows_to_keep(self, count: int, last: bool = False) -> tuple[Array, Array]:
-        """Remove the first pending rows, and return those to keep.
+        """Remove the first ``count`` pending rows, and return those that decimation keeps.
 
         Parameters
         ----------

@@ -16,7 +16,7 @@ from ab_sim.record.recording.shapes import Arrows, Parts, Space, TopView
 
 @dataclass(frozen=True)
 class Drawing:
-    """Dimensions of a drive, its drawings, and its computed curves."""
+    """Dimensions of a drive, with the drawings and curves that a recording shows of the drive."""
 
     race_radius: float  # radius of the circle on which the balls' centres run [mm]
     eccentricity: float  # eccentricity e [mm]

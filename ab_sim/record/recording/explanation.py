@@ -25,7 +25,7 @@ class Explanation:
     balance: Balance | None
     """Balanced, or best, positions of the balls."""
     without_balls: RotorWithoutBalls | None
-    """Constants of the same drive without balls."""
+    """Constants from which the whirl of the same drive without balls is computed."""
     driven: DrivenBalls | None
     """Constants of the driving forces on the balls."""
     critical_speed: float | None
@@ -81,7 +81,7 @@ class Explanation:
 
 
 def _number(value: Any) -> float | None:
-    """Return a value as a number; None remains."""
+    """Return a value as a float; None stays None."""
     return None if value is None else float(value)
 
 

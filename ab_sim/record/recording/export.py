@@ -39,7 +39,7 @@ class Part:
     every: int = 1
     """Decimation: every ``every``-th sample, beginning with the first."""
     channels: tuple[str, ...] | None = None
-    """Channels in this order; None: all, and those of ``DERIVED``."""
+    """Names of the channels to export, in order; None: all of the recording and of ``DERIVED``."""
     rest: tuple[float, float] | None = (0.0, 0.0)
     """x and y [m] of the deck at rest, from which ``DERIVED`` is measured; None: unknown."""
 
@@ -75,7 +75,7 @@ class Part:
         return names
 
     def blocks(self, run: StoredRun) -> Iterator[tuple[int, Array]]:
-        """Yield for each block the number of samples read so far, and the block's selected samples.
+        """Yield each block's selected samples, with the number of samples read from the run so far.
 
         The samples have the shape (rows, channels), and may be empty.
         """

@@ -206,7 +206,7 @@ class RerunFile:
 
 
 def header_and_messages(encoded: bytes) -> tuple[memoryview, memoryview]:
-    """Return the header of a complete recording, and its messages without end mark and index."""
+    """Return header and messages of a complete Rerun file, without end mark and index."""
     at = _HEADER
     while at < len(encoded):
         kind, length = _MESSAGE.unpack_from(encoded, at)

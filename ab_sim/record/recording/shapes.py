@@ -83,7 +83,7 @@ class Arrows(NamedTuple):
 
 
 def _shrunk(angles: Array, race_radius: float, radii: tuple[float, ...]) -> Array:
-    """Return the radii at which balls are drawn, so that balls at one place are all visible.
+    """Return radii to draw balls with, such that balls at the same place are all visible.
 
     A ball that covers an earlier one is drawn smaller, so that the edge of the latter remains
     visible.
@@ -218,7 +218,7 @@ class TopView:
         return rotor
 
     def _legend(self, arrows: Arrows) -> Any:
-        """Return the legend of arrows and rings, in the corners, where it covers no ball."""
+        """Return labels of arrows and rings as legend, in the corners, where no ball is covered."""
         labels, colors = list(arrows.labels), list(arrows.colors)
         if self.balance is not None:
             labels.append("balanced" if self.balance.residual == 0.0 else "best place")
@@ -266,7 +266,7 @@ class Space:
     """Drawing of a drive in space."""
 
     mounts: Array
-    """Positions of the mounts on the deck, on its axes [mm], shape (mounts, 3)."""
+    """Positions of the mounts on deck axes [mm], shape (mounts, 3)."""
     race_heights: tuple[float, ...]
     """Heights of the races along the shaft from the deck's origin [mm]."""
     ball_heights: tuple[float, ...]
@@ -490,7 +490,7 @@ def _circle(radius: float, height: float) -> Array:
 
 
 def _disc(radius: float, height: float) -> Any:
-    """Return a disc that is visible from both sides."""
+    """Return a mesh of a horizontal disc [mm] that is visible from above and below."""
     rim = _circle(radius, height)[:-1]
     count = len(rim)
     corners = np.vstack([rim, [[0.0, 0.0, height]]])

@@ -66,7 +66,7 @@ class FrameRate:
         self._last = np.iinfo(np.int64).min
 
     def of(self, rows: Array) -> Array:
-        """Return the selected samples of the next block, by its column TIME."""
+        """Return the first sample of each period among the rows of the next block."""
         part = nanoseconds(rows[:, TIME]) // self._period
         before, self._last = self._last, part[-1]
         return rows[np.concatenate([[part[0] != before], part[1:] != part[:-1]])]
@@ -139,7 +139,7 @@ class FinalRms:
 
 
 def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
-    """Return the size of the once-per-turn part of vectors, and that of the rest.
+    """Return the sizes of two parts of vectors: once per turn, and all other motion.
 
     The last whole revolutions are weighted by Hann's window over the *angle*. So the result is also
     right if the speed changes, or if revolutions are not a whole number of rows.

@@ -37,7 +37,7 @@ class Event:
     time: float
     """Time [s], rounded to 1 ns."""
     level: str
-    """Level in Rerun's notation, such as ``INFO`` or ``WARN``."""
+    """Severity in Rerun's notation, such as ``INFO`` or ``WARN``."""
     source: str
     text: str
 
@@ -65,7 +65,7 @@ class Extent:
 
 @dataclass(frozen=True)
 class Notes:
-    """Content of a recording in addition to its samples."""
+    """Content of a recording other than samples: events, scalars, and the count at its end."""
 
     events: list[Event]  # events, by increasing time
     scalars: dict[str, Array]  # scalars by name, of shape (n, 2): time [s] and value
@@ -266,7 +266,7 @@ class StoredRun:
 
 
 def open_recording(path: Path | str) -> StoredRun:
-    """Open a recording, finished or not, to read it in blocks.
+    """Open a recording, finished or not, for reading in blocks.
 
     If its writer was killed, everything except the incomplete last batch is read.
 

@@ -107,7 +107,7 @@ class SpindlePhase:
         return "speeding up" if slope * speed[-1] > 0.0 else "slowing down"
 
     def _in_period(self, period: Mapping[str, float], slope: float, speed: Array) -> bool:
-        """Return whether speed and its slope [rad/s^2] in a window are those of the period.
+        """Return whether speeds and slope [rad/s^2] in a window fit the variable-speed period.
 
         Twice the length of a window is allowed for at the ends of the speed's range.
         """
@@ -127,8 +127,8 @@ _SPECTRUM_HOP, SPECTRUM_SPAN = 0.5, 0.5
 """Spacing and length of the windows for spectra [s]; they are longer, to separate close
 frequencies."""
 ORDERS, _MOST_LINES = 5.0, 500
-"""Highest frequency of a spectrum in multiples of the top speed, and largest number of its
-lines."""
+"""Highest frequency of a spectrum as a multiple of the top speed, and largest number of lines of a
+spectrum."""
 SIZES = "/plot/vibration"
 """Entity of curves with a row for each ``HOP``."""
 _RMS, _ORDERS = "rms", "orders"
@@ -232,7 +232,7 @@ def _bars(charts: list[Array]) -> Any:
 
 
 def _axis(frequencies: Array, color: Any) -> Any:
-    """Return the columns of a bar chart except its values: axis, bar width and colour."""
+    """Return the columns of a bar chart without the bars' heights: axis, bar width and colour."""
     width = np.full((1, len(frequencies)), frequencies[1] - frequencies[0])
     whole = rr.BarChart.columns(
         values=[frequencies], abscissa=[frequencies], widths=width, color=[color]

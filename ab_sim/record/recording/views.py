@@ -95,7 +95,7 @@ def _arrows_text(drawing: Drawing) -> list[str]:
 
 
 def _balance_text(explanation: Explanation) -> list[str]:
-    """Return the sentences on the rings at balanced positions, or on their absence."""
+    """Return the legend's sentences on the rings at balanced positions, or why there are none."""
     balance = explanation.balance
     if balance is None:
         why = explanation.left_out.get("balance")
@@ -117,7 +117,7 @@ def _balance_text(explanation: Explanation) -> list[str]:
 
 
 def _without_balls_text(explanation: Explanation) -> list[str]:
-    """Return the sentence on the whirl without balls, or on its absence."""
+    """Return the legend's sentence on the whirl without balls, or why that is not drawn."""
     if explanation.without_balls is not None:
         return ["**Whirl**: grey, the same drive without balls, at this run's speed."]
     why = explanation.left_out.get("without_balls")
@@ -211,7 +211,7 @@ class DriveView:
         yield FRAMES, chosen, [*drawing.top.frames(angle, 1e3 * place, balls), *curves]
 
     def slow_curves(self, rows: Array) -> Iterator[Sent]:
-        """Yield the curves with few points, such as spectra, for the next samples."""
+        """Yield those curves of the next samples that have few points, such as spectra."""
         samples = self._selected(rows)
         yield from self._vibration.of(samples)
         yield from self._phase.of(samples)
@@ -233,7 +233,7 @@ class DriveView:
         return blueprint(self._drawing, self._channels, scalars, live=live)
 
     def _about(self) -> tuple[str, Any]:
-        """Return the entity of the text next to the drawings, and the text as it is now."""
+        """Return the entity and the present content of the text next to the drawings."""
         text = _legend_text(self._drawing, self._final.value, self._final_without_balls.value)
         return "/about", rr.TextDocument(text, media_type="text/markdown")
 

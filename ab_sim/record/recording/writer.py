@@ -156,11 +156,11 @@ class Recording:
 
     @property
     def stretches_refused(self) -> int:
-        """Number of events around which steps were omitted because there were too many events."""
+        """Number of events near which steps were omitted, because there were too many events."""
         return self._decimation.refused
 
     def lay_out(self, channels: Sequence[str], scalars: Sequence[str]) -> None:
-        """Send the complete layout before the first samples, so that it is sent only once.
+        """Send the viewer's complete layout before the first samples, so as to send it only once.
 
         Parameters
         ----------
@@ -259,7 +259,7 @@ class Recording:
         self._collect(1)
 
     def flush(self, pictures: bool = True) -> None:
-        """Send the collected data, and wait until they are in the file.
+        """Send the collected data to the file, and wait until all is written.
 
         Parameters
         ----------
@@ -317,7 +317,7 @@ class Recording:
             raise RecordingError(f"{self.path} is closed")
 
     def _begin(self, names: tuple[str, ...]) -> None:
-        """Check the channels, write their names, and send the layout."""
+        """Begin the file: check the channels, write the channel names, and send the layout."""
         needed = self._view.needs
         missing = [name for name in needed if name not in names]
         if missing or names[:2] != ALWAYS or len(set(names)) < len(names):
@@ -334,7 +334,7 @@ class Recording:
         self._send_layout()
 
     def _declare_scalar(self, name: str) -> None:
-        """Add a scalar, and write the style of its plot."""
+        """Add a scalar of this name, and write the style of the scalar's plot."""
         self._scalars[name] = []
         self._static(entity_path("run", name), style(name))
 
@@ -410,7 +410,7 @@ class Recording:
         self._collected = 0
 
     def _send_rows(self, rows: Array, left_out: Array) -> None:
-        """Send rows with their curves; keep them until frames and slow curves are sent."""
+        """Send samples with their fast curves; keep the samples for frames and slow curves."""
         self._rows_without_pictures.append(rows)
         self._rows_without_slow_curves.append(rows)
         if self._rows_shown is not None and not len(rows := self._rows_shown.of(rows)):
@@ -446,7 +446,7 @@ class Recording:
         return index_columns(times, np.rint(np.asarray(times) / self._step))
 
     def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
-        """Send columns of an entity with their timelines as one message."""
+        """Send columns of an entity, with the times of the rows, as one message."""
         rr.send_columns(entity, index, columns, recording=self._stream, strict=True)
 
     def _static(self, entity: str, archetype: Any) -> None:
@@ -475,5 +475,5 @@ class Recording:
 
 
 def _positive(value: object) -> float | None:
-    """Return the value if it is a finite number above 0, else None."""
+    """Return a value of a description if it is a finite number above 0, else None."""
     return float(value) if isinstance(value, (int, float)) and 0.0 < value < np.inf else None
