@@ -21,11 +21,11 @@ _SHADES = {
     State.RETRY: ORANGE,
     State.ABORTING: VERMILION,
 }
-"""States whose periods are shaded, and their colours."""
+"""Controller states that are shaded over time, each with the colour."""
 ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
-"""Final states, which are marked by a line, and their colours."""
+"""Final states of the controller, each with the colour of the line that marks its time."""
 WIDTH = 0.011
-"""Largest width of a letter of these labels, relative to the panels."""
+"""Largest width of a letter of the states' labels, relative to the panels' width."""
 _TRUE, _ESTIMATED = RUN, "black"
 
 
@@ -40,7 +40,7 @@ class Stretch(NamedTuple):
 
 
 def stretches(history: Sequence[EstimatesAt]) -> Iterator[Stretch]:
-    """Yield the periods of the controller's successive states, from its estimates over time."""
+    """Yield the time spans of the controller's successive states, from estimates over time."""
     begin = 0
     for k, estimates in enumerate(history):
         last = k + 1 == len(history)
@@ -93,7 +93,7 @@ def _free_row(rows: list[float], begin: float, width: float) -> int:
 
 
 def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome) -> None:
-    """Draw the true net unbalance, and the estimated one with its deviation.
+    """Draw the true net unbalance, and the estimate with its standard deviation.
 
     Parameters
     ----------

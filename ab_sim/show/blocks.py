@@ -10,7 +10,7 @@ from scipy.signal import periodogram
 from ab_sim.base.sample_columns import STEP, TIME
 
 _POINTS = 2000
-"""Number of bins of a curve, each drawn as its least and its largest sample."""
+"""Number of bins of a drawn curve; each bin is drawn as its least and largest sample."""
 
 
 class Envelope:
@@ -272,12 +272,12 @@ class OncePerTurn:
 
     @property
     def rms(self) -> float | None:
-        """Root mean square of the vibration without its mean [m/s^2]; None without samples."""
+        """Root mean square of the vibration about the mean [m/s^2]; None without samples."""
         return math.sqrt(self._varying) if self._count else None
 
     @property
     def share(self) -> float | None:
-        """Share of this part in the power; None without a whole turn, or without vibration."""
+        """Share of the once-per-turn part in the vibration's power; None if it is not defined."""
         if not self._count or self._angles[1] - self._angles[0] < 2.0 * math.pi:
             return None
         if not self._varying > 0.0:
@@ -288,6 +288,6 @@ class OncePerTurn:
 
     @property
     def _varying(self) -> float:
-        """Mean square of the vibration without its mean [(m/s^2)^2]."""
+        """Mean square of the vibration about the mean [(m/s^2)^2]."""
         mean = abs(self._sums[0] / self._count) ** 2
         return max(self._power / self._count - mean, 0.0)

@@ -49,7 +49,7 @@ class ChannelDeviation:
     """Sum of the squared deviations."""
 
     def take(self, time: np.ndarray, recorded: np.ndarray, simulated: np.ndarray) -> None:
-        """Add samples at the same times [s], each of shape (samples,)."""
+        """Add recorded and simulated samples at the same times [s], shape (samples,) each."""
         self.same = self.same and recorded.tobytes() == simulated.tobytes()
         both = np.isfinite(recorded) & np.isfinite(simulated)
         if not both.any():
@@ -253,7 +253,7 @@ def compare_recording(
 
 
 def _begun_before(run: StoredRun, scene: Scene) -> bool:
-    """Return whether no command came before the recording, so that t = 0 is a known start."""
+    """Return whether no command preceded the recording, so that t = 0 was the scene's start."""
     if _first_sample(run)["command"] != scene.start.speed:
         return False  # at once, as the simulation up to the first sample may be long
     drive, steps = Drive(scene, commanded=True), int(run.extent.first.step)
@@ -261,7 +261,7 @@ def _begun_before(run: StoredRun, scene: Scene) -> bool:
 
 
 def _start(run: StoredRun, scene: Scene) -> Trajectory | None:
-    """Return the scene's start if the recording begins with it at constant speed; else None.
+    """Return the scene's sample at t = 0 and constant speed if the recording begins so, else None.
 
     A live drive takes its first sample before it has its profile, thus without acceleration.
     """
@@ -297,7 +297,7 @@ def _follows_profile(run: StoredRun, scene: Scene) -> bool:
 
 
 def _solved(run: StoredRun, scene: Scene) -> tuple[Scene, bool]:
-    """Return the scene to simulate, and whether its steps are those of the recording.
+    """Return the scene to simulate, and whether its time steps are those of the recording.
 
     A scene with an accuracy gets step and stepper of the recording. For a recording that does not
     state them, samples are compared by their times.

@@ -121,7 +121,7 @@ def _accuracy_panel(
 
 
 def _label_settings(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
-    """Write labels left of their marks, except those that would cover a mark or another label."""
+    """Write a label left of each mark, unless it would cover a mark or another label."""
     within = axes.transData + axes.transAxes.inverted()
     marks = np.vstack([within.transform(line.get_xydata()) for line in axes.lines[:-1]])
     written: list[tuple[float, float]] = []

@@ -49,7 +49,7 @@ def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -
 
 
 def _turns(values: np.ndarray) -> np.ndarray:
-    """Return 1 at each turning point of visible swings, else 0; shape (samples,)."""
+    """Return 1 at each extremum between swings large enough to see, else 0; shape (samples,)."""
     points = 1 + np.flatnonzero(np.diff(np.sign(np.diff(values))))
     swings = np.abs(np.diff(values[points])) > _VISIBLE * np.max(np.abs(values))
     turns = np.zeros(len(values))

@@ -169,7 +169,7 @@ def gather(run: StoredRun, name: str, progress: CountProgress | None = None) -> 
 
 
 def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
-    """Return the scene of a recording, or None and the reason why it is unknown."""
+    """Return a recording's scene, or None and the reason why the scene is unknown."""
     try:
         scene = check_scene(run.description.get("scene") or {}, "the recording's scene")
         channels = channels_of(scene, system_of(scene))
@@ -247,7 +247,7 @@ class _Collected:
         self._done += len(block)
 
     def _take_orbit(self, from_rest: Trajectory) -> None:
-        """Add selected samples to the orbit, and all samples to that of the last turns."""
+        """Add every n-th sample to the orbit, and all samples to the orbit of the last turns."""
         rows = np.column_stack([from_rest["time"], from_rest["x"], from_rest["y"]])
         self._orbit.append(rows[(-self._done) % self._every :: self._every].copy())
         if "angle" not in from_rest.channels:
@@ -282,9 +282,9 @@ def _turns(end: float, angle: Any) -> Any:
 
 
 def _vibrating(run: StoredRun) -> tuple[list[str], str]:
-    """Return the channels of the vibration across the shaft, and their source as text.
+    """Return the channels of vibration across the shaft, and a text that names the source.
 
-    They are those of the first sensor, or of the deck without sensors.
+    The source is the first sensor, or the deck in a drive without sensors.
     """
     for sensor in run.description.get("sensors") or ():
         axes = [f"{sensor}_{axis}" for axis in (1, 2)]

@@ -132,7 +132,7 @@ def _proposal_rows(identification: Identification) -> Rows:
 
 
 def _division(panel: Panel) -> str:
-    """Return a panel with its title as HTML."""
+    """Return a panel and the panel's title as HTML."""
     return f"<div><h3>{escaped(panel.title)}</h3>{panel_html(panel)}</div>\n"
 
 
@@ -262,7 +262,7 @@ def _shares(identification: Identification) -> list[tuple[str, float, float]]:
 
 
 def _draw_intervals(axes: Axes, identification: Identification) -> None:
-    """Draw the interval of each parameter of the scene, relative to its value."""
+    """Draw the interval of each of the scene's parameters, relative to the fitted value."""
     rows = _shares(identification)
     for place, (_, low, high) in enumerate(rows):
         axes.plot([100 * low, 100 * high], [place, place], color=VERMILION, lw=3)

@@ -21,7 +21,7 @@ class Label(NamedTuple):
 
 
 def label_at_right(axes: Axes, labels: Sequence[Label], away: float = 5.0) -> None:
-    """Write texts at the right of a panel, at their values, moved apart if they would overlap.
+    """Write labels at the right of a panel, at the labels' values; move apart overlapping ones.
 
     Labels of values beyond the panel's limits are at the nearest edge. If there is not enough room,
     the last labels are replaced by their number.
@@ -130,9 +130,9 @@ def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> lis
 
 
 def _bottom(block: tuple[list[float], list[float]], top: float) -> float:
-    """Return the lower end of a block (desired centres, heights) at its best place within limits.
+    """Return the lower end of a block of labels (desired centres, heights) at its best place.
 
-    The best place has the least sum of squared moves.
+    The best place within the limits has the least sum of squared moves.
     """
     wanted, heights = block
     # Desired centre of each, less the part of the block below that centre.

@@ -37,7 +37,7 @@ _BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: hexade
 _NO_VALUE = hexadecimal(palette.NO_VALUE)
 LINE, BEST = hexadecimal(palette.MAIN), hexadecimal(palette.BEST)
 WIDE = 30.0
-"""Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
+"""Ratio of largest to least value of a positive metric above which axes are logarithmic."""
 _MOST_KEYS = 6
 """Largest number of keys in panels of pairs; the title names the others."""
 
@@ -184,7 +184,7 @@ def _places(sweep: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
 def _scale_axis(
     sweep: Sweep, key: str, axes: Axes, names: list[str] | None, which: str, titled: bool = True
 ) -> None:
-    """Set ticks and title of an axis, logarithmic if the values suggest it."""
+    """Set ticks and title of a key's axis, and a logarithmic scale if the values suggest one."""
     axis = axes.xaxis if which == "x" else axes.yaxis
     if names is not None:
         axis.set_ticks(range(len(names)), [name[:24] for name in names])
@@ -213,7 +213,7 @@ def _mark_balanced(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> No
 
 
 def _mark_others(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """Mark runs that did not settle, those without a value by lines across the panel."""
+    """Mark runs that did not settle: by dots, or without a value by lines across the panel."""
     for outcome, (_, colour) in _MARKS.items():
         chosen = sweep[OUTCOME] == outcome
         valued = chosen & np.isfinite(y)
@@ -223,7 +223,7 @@ def _mark_others(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None
 
 
 def _size(places: np.ndarray) -> float:
-    """Return the size of the markers of runs [pt], which falls with their number."""
+    """Return the size of a run's marker [pt], which falls with the number of runs."""
     return min(4.0, max(1.0, 80.0 / math.sqrt(len(places))))
 
 
@@ -247,7 +247,7 @@ def _mark_best(sweep: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarr
 
 
 def _legend(sweep: Sweep, dots: bool = False) -> list[Line2D]:
-    """Return legend entries for the outcomes that occur, with their counts.
+    """Return legend entries for the outcomes of runs that occur, with counts.
 
     Parameters
     ----------
@@ -273,14 +273,14 @@ def _no_value() -> Line2D:
 
 
 def _norm(values: np.ndarray) -> Normalize:
-    """Return the scale of colours over the range of values, logarithmic if they differ much."""
+    """Return a colour scale over the range of values, logarithmic if ``is_wide``."""
     if is_wide(values):
         return LogNorm(values.min(), values.max())
     return Normalize(values.min(), values.max())
 
 
 def is_wide(values: np.ndarray) -> bool:
-    """Return whether positive values differ so much that their axis is logarithmic."""
+    """Return whether all values are positive, with a ratio above ``WIDE``: a logarithmic axis."""
     return bool(values.min() > 0 and values.max() > WIDE * values.min())
 
 
@@ -334,7 +334,7 @@ def _meaning_of(aim: str) -> str:
 
 
 def _tuning_label(tuning: Tuning, name: str, meaning: str) -> str:
-    """Return the meaning of a key or metric, and below it its name with the unit."""
+    """Return an axis label: the meaning of a key or metric, and below, the name with the unit."""
     return f"{textwrap.fill(re.split('[;:]', meaning)[0], 50)}\n{tuning.runs.titled(name)}"
 
 
@@ -403,7 +403,7 @@ def _tuning_panel(
 
 
 def _tuning_legend(tuning: Tuning) -> list[Line2D]:
-    """Return legend entries for the kinds of candidates that occur, with their counts."""
+    """Return legend entries for the kinds of candidates that occur, with counts."""
     within, valued = tuning.scores.within, np.isfinite(tuning.scores.aims)
     ends = np.isfinite(_left_out(tuning))
     kinds = (
@@ -439,7 +439,7 @@ def _tuning_legend(tuning: Tuning) -> list[Line2D]:
 
 _MORE, _LESS = hexadecimal(palette.MAIN_DARK), hexadecimal(palette.OPPOSITE)
 MOST = 25
-"""Largest number of bars in a panel, those with the most influence."""
+"""Largest number of bars in a panel; the keys with the most influence get one."""
 SMALL = 1e-6
 """Sensitivity [percent per percent] below which a bar is not drawn."""
 
@@ -464,7 +464,7 @@ def _shown(elasticities: np.ndarray) -> list[int]:
 
 
 def _bars(sensitivities: MetricSensitivities, metric: int, keys: list[int], axes: Axes) -> None:
-    """Draw a bar per key for a metric, both given by their indices."""
+    """Draw a bar per key for a metric; ``metric`` and ``keys`` are indices."""
     values = sensitivities.elasticities[metric, keys]
     colours = [_MORE if value > 0 else _LESS for value in values]
     errors = sensitivities.elasticity_uncertainties[metric, keys]

@@ -46,7 +46,7 @@ _ONLY_UNBALANCED = tuple(map(hexadecimal, palette.UNBALANCED_STATES))
 _BALANCED_TOO = tuple(map(hexadecimal, palette.BALANCED_TOO))
 """Colours of labels with stable balance and other stable states; the start decides between them."""
 _WARM, _COOL = (50.0, 105.0), (185.0, 290.0)
-"""Hues of further colours of these two groups [deg], see ``ab_sim.base.palette``."""
+"""Hue ranges [deg] of further labels, without and with stable balance: ``ab_sim.base.palette``."""
 _LIGHTNESS = (0.35, 0.9)
 _HATCHES = {
     CIRCULATES: ("///", hexadecimal(palette.DARK)),

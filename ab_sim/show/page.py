@@ -134,7 +134,7 @@ def escaped(text: str) -> str:
 
 
 def _division(name: str, panel: Panel) -> str:
-    """Return a panel of a run with its title as HTML; the class tells the script what to zoom."""
+    """Return a run's panel and title as HTML; the class tells the script which panels to zoom."""
     kind = "time" if panel.across == TIME else "other"
     head = f'<h3><span class="run">{escaped(name)}: </span>{escaped(panel.title)}</h3>'
     return f'<div class="{kind}">{head}{panel_html(panel)}</div>\n'

@@ -1,4 +1,4 @@
-"""Panels of recorded runs, independent of the renderer, and their layout side by side."""
+"""Panels of recorded runs, independent of the renderer, and the layout of runs side by side."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -26,10 +26,10 @@ _KEYS = (
 )  # fmt: skip
 """Keys of panels, from top to bottom."""
 TIME = "time [s]"
-"""Title of the horizontal axis of panels over time, which share it."""
+"""Title of the horizontal axis of panels over time; panels with this title share the axis."""
 _DASHED = DASHES[1]
 ORDERS = {1: VERMILION, 2: SKY}
-"""Multiples of the spindle's speed that are drawn as lines, and their colours."""
+"""Colours of the lines at multiples of the spindle frequency, by multiple."""
 _WATERFALL_DECADES = 4.0
 """Range of a waterfall below the largest amplitude [decades]; smaller values look alike."""
 _LEAST = 1e-4
@@ -42,7 +42,7 @@ LEAST_HEIGHT = 0.1
 """Fraction of the height of shared axes that each panel's curves must fill; otherwise the panels
 have separate vertical axes."""
 Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Centres x and y of a map's cells, and their values."""
+"""Cells of a map: x of the centres, y of the centres, and values."""
 Limits = tuple[tuple[float, float], tuple[float, float]]
 """Limits of the horizontal and of the vertical axis."""
 
@@ -88,14 +88,14 @@ class Panel:
     """Kind of the panel, one of ``_KEYS`` in a report."""
     title: str
     across: str
-    """Title of the horizontal axis, with its unit."""
+    """Title of the horizontal axis, with the unit."""
     up: str
-    """Title of the vertical axis, with its unit."""
+    """Title of the vertical axis, with the unit."""
     height: float = 1.0
-    """Height, relative to that of a usual panel."""
+    """Height, as a multiple of a usual panel's."""
     curves: tuple[PanelLine, ...] = ()
     levels: tuple[tuple[float, str], ...] = ()
-    """Horizontal lines with their names."""
+    """Horizontal lines: position on the vertical axis, and name."""
     cloud: Cloud | None = None
     heat: Heat | None = None
     log: bool = False
@@ -151,7 +151,7 @@ def _panels(data: RunData) -> Iterator[Panel]:
 
 
 def whirl_scale(data: RunData) -> tuple[str, str, float]:
-    """Return the whirl's name and unit in pictures, and the factor from m to this unit."""
+    """Return name and unit of the whirl in pictures, and the factor from m to the unit."""
     e = data.eccentricity
     return ("W/e", "1", 1.0 / e) if e > 0 else ("W", "mm", 1e3)
 
@@ -213,7 +213,7 @@ def _orbits(data: RunData) -> Iterator[Panel]:
 
 
 def _spectra(data: RunData) -> Iterator[Panel]:
-    """Yield the panels of the spectrum and the waterfall, or notes on why they are empty."""
+    """Yield the panels of spectrum and waterfall; without data, a note states why one is empty."""
     title = f"Vibration, last tenth of the run: {data.vibrating}"
     density, frequencies = data.spectrum.density, data.spectrum.frequencies
     if len(density):
@@ -253,7 +253,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
 
 
 def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
-    """Yield vertical lines at the final spindle frequency and its double, as high as ``root``."""
+    """Yield lines at one and two times the final spindle frequency, as high as ``root``."""
     if "speed" not in data.curves.channels:
         return
     speed = abs(float(data.curves.curve("speed")[1][-1])) / (2.0 * math.pi)
@@ -346,7 +346,7 @@ def _with_limits(
 
 
 def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
-    """Return whether shared axes would make a panel's curves too flat to read."""
+    """Return whether with shared limits a panel's curves would be too flat to read."""
     if len(panels) < 2 or panels[0].heat is not None:
         return False  # The vertical axis of a map is the speed, which is compared.
 

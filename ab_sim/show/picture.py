@@ -17,7 +17,7 @@ from ab_sim.show.styles import GREY, MAP, RUN, VERMILION
 _MOST_NAMES = 8
 """Largest number of curves with a legend."""
 _BAR = (1.02, 0.0, 0.03, 1.0)
-"""Position and size of a colour bar, as fractions of its panel."""
+"""Left, bottom, width and height of a colour bar, as fractions of the panel next to it."""
 
 
 def drawn_report(grid: Grid) -> ResultFigure:
@@ -93,7 +93,7 @@ def draw_panel(figure: Figure, axes: Axes, panel: Panel) -> None:
 MOST = 6
 """Largest number of drawn channels, the most important ones first."""
 FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
-"""Channels in the order of their importance; others follow."""
+"""Channels to draw first, in this order; all others follow."""
 
 
 def drawn_comparison(
@@ -150,7 +150,7 @@ def _place(deviation: ChannelDeviation) -> int:
 def _draw_channel(
     left: Axes, right: Axes, comparison: RecordingComparison, deviation: ChannelDeviation
 ) -> None:
-    """Draw a channel on the left axes, and its deviation on the right ones."""
+    """Draw a channel, recorded and simulated, on the left axes, and the deviation on the right."""
     name, turned = deviation.channel, is_ball_angle(deviation.channel)
     # As in other pictures, angles are in degrees, within one turn.
     unit = " [deg]" if turned else "" if deviation.unit is None else f" [{deviation.unit}]"

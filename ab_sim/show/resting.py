@@ -150,7 +150,7 @@ def _pattern(label: str) -> str:
 def _draw_branch(
     axes: Axes, interval: BranchInterval, colour: str, value: Callable, breaks: bool = False
 ) -> None:
-    """Draw a value of a branch over the speed, with the line styles of its stability.
+    """Draw a value of a branch over the speed; the line style shows the stability.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def _draw_sections(
     styles: Mapping[Any, dict[str, Any]],
     **style: Any,
 ) -> None:
-    """Draw a curve in sections, each in the style of its kind."""
+    """Draw a curve in sections; ``kinds`` of the points select each section's style."""
     for kind, appearance in styles.items():
         # Each section is extended to the next point, where another may begin.
         here = np.array([kind == one for one in kinds])
@@ -190,7 +190,7 @@ def _draw_sections(
 
 
 def _branch_legend(colours: dict[str, str]) -> list[Line2D]:
-    """Return legend entries for patterns, given with their colours, and for marks."""
+    """Return legend entries for patterns, by name with the colour, and for marks."""
     items = list(colours.items())
     if len(items) > _MOST_LABELLED:
         items = [item for item in items if item[0] == "balanced"]
@@ -289,7 +289,7 @@ def _times(factor: float) -> Callable[[np.ndarray], np.ndarray]:
 
 
 _RECOVERY_COLOURS = ("tab:blue", "tab:orange")
-"""Colours of the scene, and of one ball in place of its balls."""
+"""Colours of the scene's curves, and of those with one ball in place of all balls."""
 
 
 def drawn_recovery(recoveries: RecoveryOverDrag) -> ResultFigure:
@@ -341,7 +341,7 @@ def _numbers(values: Sequence[float | None]) -> np.ndarray:
 
 
 def _name(axes: Axes, x: str, y: str) -> None:
-    """Set the titles of both axes, a grid, and 0 as the lower end."""
+    """Set the titles of both axes, a grid, and 0 as the lower end of the vertical axis."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(alpha=0.3)

@@ -18,7 +18,7 @@ from ab_sim.show.shares import drawn_sizing, drawn_spread
 
 
 def _run(offline_run: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
-    """Return the figure of a run, and of the runs for comparison if there are any."""
+    """Return the figure of a run, with the runs for comparison if there are any."""
     others = Comparison(None, None) if comparison is None else comparison
     period, adaptive = offline_run.variable_speed_period, offline_run.adaptive
     path, aborted = offline_run.trajectory, offline_run.aborted

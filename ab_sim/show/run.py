@@ -143,7 +143,7 @@ def _summary(
 
 
 def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparison) -> None:
-    """Draw the spindle's speed, its command with a motor, and the critical speed."""
+    """Draw spindle speed, critical speed and, with a motor, the commanded speed."""
     labels = []
     if "motor" in scene.effects:
         axes.plot(path["time"], path["command"], color=COMMANDED, lw=0.8, ls="--")
@@ -207,13 +207,13 @@ def _draw_whirl(
 
 
 def _final(metrics: Metrics, scale: float, name: str) -> str:
-    """Return the label of a run at its final whirl, which ``scale`` converts from m."""
+    """Return the label of a run's curve: final whirl, which ``scale`` converts from m, and name."""
     changing = "" if metrics.settled else ",\nstill changing"
     return f"{metrics.final_whirl * scale:.3g}  {name}{changing}"
 
 
 def _towards_the_middle(at: float, time: np.ndarray) -> str:
-    """Return the alignment of a text at a time, so that it stays within the axes."""
+    """Return the alignment of a text at the time ``at`` that keeps the text within the axes."""
     part = (at - time[0]) / (time[-1] - time[0])
     return "left" if part < 0.15 else "right" if part > 0.85 else "center"
 
@@ -230,7 +230,7 @@ def _draw_height(axes: Axes, path: Trajectory) -> None:
 
 
 def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
-    """Draw each angle in its own colour, gamma (in the plane of the disc) behind the others."""
+    """Draw the deck's angles, each in its own colour; gamma, about the shaft, is drawn first."""
     angles = 1e3 * (path.tilt - rest_of(scene).tilt)
     labels, least = [], _LEAST * np.abs(angles).max()
     for axis, (name, color) in enumerate(zip(_TILT, SERIES, strict=True)):
@@ -244,7 +244,7 @@ def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
 
 
 def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:
-    """Draw the motor's torque, and its limits where they matter."""
+    """Draw the motor's torque, its upper limit, and the lower limit if it is nearly reached."""
     time, torque, speed = path["time"], path["motor_torque"], path["speed"]
     axes.plot(time, torque, color=RUN, lw=1.2)
     axes.set_ylabel("motor torque [N m]")
@@ -337,7 +337,7 @@ def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -
 
 
 def _draw_angles(axes: Axes, path: Trajectory, metrics: Metrics) -> None:
-    """Draw ball angles within a turn, the side opposite the unbalance, and its first passage."""
+    """Draw ball angles within a turn, the side opposite the unbalance, and its first crossing."""
     time, angles = path["time"], in_degrees(path.ball_angles)
     labels = []
     for ball, style in enumerate(ball_styles(path.balls)):

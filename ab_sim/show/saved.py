@@ -25,7 +25,7 @@ Drawn = TypeVar("Drawn", bound=Figure)
 
 
 def with_plain_texts(figure: Drawn) -> Drawn:
-    """Return the figure after changing it to show texts from outside literally.
+    """Change a figure so that it shows texts from outside literally, and return the figure.
 
     Texts contain names of scenes and files. A $ in them does not begin a formula, and characters
     that a font or an SVG lacks are written as escapes. Only matplotlib's own axis numbers are

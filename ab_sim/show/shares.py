@@ -17,7 +17,7 @@ from ab_sim.show.saved import ResultFigure
 TOTAL, _OTHER, _FIRST_ORDER = (
     hexadecimal(colour) for colour in (palette.MAIN, palette.CHANGING, palette.MAIN_PALE)
 )
-"""Colours of this scene and of total indices, of another scene, and of first-order indices."""
+"""Colours: this scene and total Sobol indices; another scene; first-order Sobol indices."""
 BOUND = hexadecimal(palette.BAD)
 
 
@@ -239,7 +239,7 @@ def _shares(sizing: Sizing, axes: Axes) -> None:
 
 
 def _draw_share(axes: Axes, drag: float, share: ShareBalanced, name: str, mark: str = "o") -> None:
-    """Draw a share of simulated drives at a drag [N s/m], with its interval."""
+    """Draw the share of simulated drives that balance at a drag [N s/m], with the interval."""
     reach = np.array([[share.value - share.low], [share.high - share.value]])
     size = 13 if mark == "*" else 5
     axes.errorbar(

@@ -72,7 +72,7 @@ DASHES: tuple[tuple[float, ...], ...] = (
 )  # fmt: skip
 """Alternating lengths of dashes and gaps, in line widths; enough for the 64 balls of a scene."""
 COLOURS = 7
-"""Number of consecutive curves that share a style, each with its own colour."""
+"""Number of consecutive curves with the same dashes; their colours differ."""
 
 
 def _dashes_of(number: int) -> tuple[float, ...]:

@@ -18,7 +18,7 @@ CAPTION = (
 )
 
 Row = tuple[str, list[str]]
-"""Label of a row, and its cell for each run."""
+"""Row of a table: label, and one cell per run."""
 
 
 def summary_rows(runs: Sequence[RunData]) -> list[Row]:
@@ -28,7 +28,7 @@ def summary_rows(runs: Sequence[RunData]) -> list[Row]:
 
 
 def _labels_and_cells() -> Iterator[tuple[str, Callable[[RunData], str]]]:
-    """Yield the label of each row, and the function that returns its cell for a run."""
+    """Yield each row's label, and the function that returns the row's cell for a run."""
     yield from (("scene", _scene), ("duration", _duration), ("final speed", _speed))
     for metric in reported_metrics():
         if metric.row is not None and metric.row.in_reports:

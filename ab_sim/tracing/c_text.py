@@ -82,13 +82,13 @@ _LONGEST = 64
 
 
 class Store(NamedTuple):
-    """A root and the C text of its destination."""
+    """Expression to compute (a root), and the C variable that gets the value."""
 
     root: Expression
     target: str
     """C lvalue; for a quantity per ball with the index ``i``: ``"slope[4 + i]"``."""
     each: bool = False
-    """True if each ball gets a value, even if the root is the same for all balls."""
+    """True to store a value per ball, even if the value is the same for all balls."""
 
 
 def c_statements(
@@ -153,7 +153,7 @@ class _Statements:
         """C text of each node as an operand, by the node's number."""
 
     def _args(self, x: Expression) -> tuple[Expression, ...]:
-        """Return the arguments of a node that must be computed for it."""
+        """Return a node's arguments; none for a node whose value is known."""
         return () if x.number in self._known else x.args
 
     def _kept(self) -> set[int]:
@@ -194,7 +194,7 @@ class _Statements:
         return texts
 
     def _stored(self, store: Store) -> str:
-        """Return the assignment of a root to its destination, without outer brackets."""
+        """Return the C assignment of a root's value; the expression has no outer brackets."""
         text = self._of(store.root)
         inlined = text.startswith("(") and store.root.op != "const"
         return f"{store.target} = {text[1:-1] if inlined else text};"
@@ -204,7 +204,7 @@ class _Statements:
         return x.number in self._known or x.op in ("const", "input")
 
     def _computed(self, x: Expression) -> list[str]:
-        """Return the line that computes a node, or none if it is available or written inline.
+        """Return the C line that computes a node; none for a node that is available or inlined.
 
         A node is written inside its user if that is its only one, in the same loop, and the text
         is short. All others get a variable, or an element of an array if a later loop reads them.
@@ -240,7 +240,7 @@ class _Statements:
         return x.each or not store.each
 
     def _form(self, x: Expression) -> str:
-        """Return a node's operation in C, with its operands as text."""
+        """Return the C expression of a node's operation."""
         if x.op == "total":
             arg = x.args[0]
             if arg.each:

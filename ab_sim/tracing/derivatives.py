@@ -124,16 +124,16 @@ class PowerSeries:
         nodes = reachable_nodes([*self._rates.values(), *roots])
         self._uses = Counter(arg.number for x in nodes for arg in x.args)
         self._coefficients: dict[tuple[int, int], Expression] = {}
-        """Coefficients so far, by a node's number and the power of time."""
+        """Taylor coefficients computed so far, by node number and power of time."""
         self._sums: dict[int, list[_Term]] = {}
-        """Terms of nodes, by their numbers."""
+        """Terms into which nodes have been taken apart, by node number."""
 
     def give(self, x: Expression, k: int, value: Expression) -> None:
-        """Set coefficient k of a node, instead of deriving it."""
+        """Set coefficient k of a node, which is then not derived from other coefficients."""
         self._coefficients[x.number, k] = value
 
     def without(self, unknown: Iterable[Expression], k: int) -> "PowerSeries":
-        """Return a copy in which coefficient k of some nodes is 0, as it is not known yet."""
+        """Return a copy with coefficient k, as yet unknown, of the nodes ``unknown`` set to 0."""
         ahead = copy.copy(self)
         ahead._coefficients = dict(self._coefficients)
         for x in unknown:

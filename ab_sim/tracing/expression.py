@@ -24,7 +24,7 @@ class Level(IntEnum):
 
 
 class Graph:
-    """All nodes of one trace, each of them once."""
+    """Expressions of one trace as nodes; equal expressions are the same node."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Expression] = {}
@@ -61,7 +61,7 @@ class Graph:
         return node
 
     def node(self, op: str, *args: "Expression") -> "Expression":
-        """Return the node of an operation on nodes of this graph.
+        """Return the node of the operation ``op`` on nodes of this graph.
 
         Raises
         ------
@@ -115,7 +115,7 @@ class Expression:
     payload: Any
     """Value of a constant, or name of an input."""
     number: int
-    """Position in the order of creation, so after all arguments."""
+    """Position in the order of creation; a node's arguments have smaller numbers."""
 
     def __add__(self, other: Any) -> "Expression":
         return _binary(add, self, other)
@@ -285,12 +285,12 @@ def where(condition: Expression, a: Expression, b: Expression) -> Expression:
 
 
 def total(a: Expression) -> Expression:
-    """Return the sum of a node over the balls, also of a node that is the same for all balls."""
+    """Return the sum of a node over the balls; a shared value is counted once for each ball."""
     return a if is_constant(a, 0.0) else a.graph.node("total", a)
 
 
 def across(a: Expression) -> Expression:
-    """Return the sum of a node over its lanes, as a node with the sum in every lane."""
+    """Return a node that has, in every lane, the sum of a node's values over all lanes."""
     return a if is_constant(a, 0.0) else a.graph.node("across", a)
 
 

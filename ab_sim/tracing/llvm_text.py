@@ -43,12 +43,12 @@ class MemorySlot(NamedTuple):
 
 
 class StoredRoot(NamedTuple):
-    """A root and its destination."""
+    """Expression to compute (a root), and the memory that gets the value."""
 
     root: Expression
     place: MemorySlot
     per_ball: bool = False
-    """True to store one value per ball even if it is shared."""
+    """True to store one value per ball, even if the value is the same for all balls."""
 
 
 _ATTRIBUTES = 'nounwind "frame-pointer"="all"'
@@ -100,7 +100,7 @@ class Function:
         return name
 
     def load(self, place: MemorySlot, first: int, width: int) -> str:
-        """Append a load and return its value's name.
+        """Append a load of numbers, and return the LLVM name of the value.
 
         With lanes, this is the number of ball ``first`` in all lanes; else a vector with the
         numbers of ``width`` balls from ``first`` on.
@@ -133,13 +133,13 @@ class Function:
             self.lines.append(f"store double {one}, ptr {pointer}, align 8")
 
     def _pointer(self, place: MemorySlot, ball: int) -> str:
-        """Append the address of a ball's number, and return its name."""
+        """Append the computation of the address of a ball's number; return the pointer's name."""
         size = 1 if place.pointer in self.uniform else self.shape.lanes
         at = (place.at + ball * place.stride) * size
         return self.put(f"getelementptr double, ptr %{place.pointer}, i64 {at}")
 
     def call(self, name: str, width: int, *values: str) -> str:
-        """Append a call of one of LLVM's intrinsic functions, and return its value's name."""
+        """Append a call of LLVM's intrinsic function ``name``, and return the result's name."""
         suffix = f"v{width}f64" if width > 1 else "f64"
         whole, of = f"@llvm.{name}.{suffix}", kind(width)
         self.declared.add(f"declare {of} {whole}({', '.join([of] * len(values))})")
@@ -156,9 +156,9 @@ class Function:
         return self._wide[value, width]
 
     def shuffled(self, value: str, width: int, which: Sequence[int], other: str = "poison") -> str:
-        """Append a selection of elements from two vectors, and return its name.
+        """Append a selection of elements from two vectors, and return the new vector's name.
 
-        ``which`` has their numbers, in which the elements of ``other`` follow those of ``value``.
+        ``which`` has indices of elements; those of ``other`` follow those of ``value``.
         """
         of, order = kind(width), ", ".join(f"i32 {k}" for k in which)
         return self.put(f"shufflevector {of} {value}, {of} {other}, <{len(which)} x i32> <{order}>")
@@ -200,7 +200,7 @@ class Body:
         self._values: dict[int, list[str]] = {}
 
     def values(self, x: Expression) -> list[str]:
-        """Return the names of a node's values, in the widths of its shape.
+        """Return the LLVM names of a node's values, one per vector or number in which it is kept.
 
         Nodes are emitted depth first, each right after its last missing argument. A value is then
         used soon after it is computed, which keeps the number of live registers small. An explicit
@@ -247,7 +247,7 @@ class Body:
                 self.store(*store)
 
     def each(self, x: Expression) -> list[str]:
-        """Return the names of a node's values for all balls, also if the balls share one value."""
+        """Return the LLVM names of a node's values for all balls; balls may share one value."""
         self.values(x)
         widths = self._into.shape.widths(True)
         return [self._operand(x, k, width) for k, width in enumerate(widths)]
@@ -295,7 +295,7 @@ class Body:
         ]
 
     def _operation(self, op: str, width: int, args: Sequence[str]) -> str:
-        """Append an operation on values of a width, and return its value's name."""
+        """Append an operation on vectors of ``width`` elements, and return the result's name."""
         of = kind(width)
         if op in _TWO:
             return self._into.put(f"{_TWO[op]} {of} {args[0]}, {args[1]}")
@@ -370,7 +370,7 @@ class Body:
         return value
 
     def _part(self, value: str, width: int, first: int, count: int) -> str:
-        """Return elements of a vector, padded at its end with -0.0, which leaves sums unchanged."""
+        """Return ``count`` elements of a vector; beyond its end they are -0.0, neutral in sums."""
         if count == 1:
             return self._into.put(f"extractelement {kind(width)} {value}, i32 {first}")
         which = [min(first + k, width) for k in range(count)]
@@ -405,7 +405,7 @@ def module_text(functions: Sequence[Function]) -> str:
 
 
 def border(roots: Sequence[Expression], level: int) -> list[Expression]:
-    """Return the nodes known at a level that nodes of later levels use, to compute them only once.
+    """Return nodes known at a level that later levels use: values to compute once and store.
 
     Constants and inputs are left out, as they are available anyway. The result of a comparison
     cannot be stored as a number; the nodes that it compares are returned instead.
@@ -436,7 +436,7 @@ WIDTH = 8
 
 
 def store_lines(into: Function, columns: Sequence[str], pointers: Sequence[str]) -> None:
-    """Append stores of numbers in lanes, such that each lane's numbers are adjacent in memory.
+    """Append stores of vectors with a number per lane; each lane's numbers are adjacent in memory.
 
     Groups of columns are transposed and stored in turn, as all of them together would not fit into
     registers. Lanes are stored from the last to the first, so that of several lanes with one

@@ -31,7 +31,7 @@ def lowered(roots: Iterable[Expression]) -> list[Expression]:
 
 
 def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
-    """Return the roots with their cosines and sines expanded into arithmetic."""
+    """Return the roots with cosines and sines expanded into arithmetic operations."""
     pairs: dict[int, Any] = {}
 
     def rule(x: Expression, args: Sequence[Expression]) -> Expression:
@@ -78,7 +78,7 @@ def _mapped(
     rule: Callable[[Expression, Sequence[Expression]], Expression],
     inputs: Mapping[Expression, Expression] = NOTHING,
 ) -> list[Expression]:
-    """Return the roots rebuilt from their inputs, each node by ``rule(node, its new arguments)``.
+    """Return the roots rebuilt from the inputs up, each node by ``rule(node, new arguments)``.
 
     ``inputs`` maps inputs to their replacements.
     """
@@ -95,7 +95,7 @@ def name_of(name: str, ball: int) -> str:
 
 
 def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
-    """Return each root as a list of expressions, one per ball, or one if the balls share it.
+    """Return each root as a list of expressions: one per ball, or one for a shared value.
 
     Parameters
     ----------

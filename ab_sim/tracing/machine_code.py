@@ -23,7 +23,7 @@ class Optimization(NamedTuple):
 
 
 AS_WRITTEN = Optimization((), 3)
-"""Setting for code without branches or repeated computations, as ``llvm_text`` emits it."""
+"""Setting of LLVM for code as ``llvm_text`` emits it: no branches, nothing computed twice."""
 _COMBINED = Optimization(("instruction_combine",), 3)
 """Setting for code without branches that also assembles vectors and takes them apart. All passes of
 LLVM's level 3 take six times as long to run and do not make the code faster."""
@@ -43,7 +43,7 @@ NOTHING: Mapping[str, int] = {}
 
 
 class MachineCode:
-    """Functions of one module as machine code, which lives as long as this object.
+    """Functions of one LLVM module as machine code, freed together with this object.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def _linked(object_file: Any, elsewhere: Mapping[str, int]) -> Any:
 
 @functools.cache
 def _native() -> Any:
-    """Return LLVM's target for this machine, after LLVM has been initialised once."""
+    """Return LLVM's target for this machine; the first call initialises LLVM."""
     # Loop strength reduction, turned off for the whole process: it takes a fifth of the time of
     # compiling code with control flow, and does not make its loops faster.
     llvm.set_option("ab_sim", "-disable-lsr")

@@ -22,15 +22,15 @@ class Holds(IntEnum):
     CHOICE = 0
     SUM = 1
     OPEN = 2
-    """Product whose last operator would take in the following factors, such as a sum sign; it may
-    only be the last factor of another product."""
+    """Product that ends with an operator, such as a sum sign, that would act on factors after it;
+    such a product may only be the last factor of another one."""
     PRODUCT = 3
     POWER = 4
     ATOM = 5
 
 
 class PrintedText(NamedTuple):
-    """Printed expression and its binding strength."""
+    """Printed expression, and how strongly its outermost operator binds."""
 
     text: str
     holds: Holds
@@ -40,7 +40,7 @@ class Notation(ABC):
     """Rules that turn single operations into text."""
 
     minus_leads: bool
-    """True if a quotient's sign stands before the quotient, false if in its numerator."""
+    """True if the minus of a quotient stands before the quotient, false if in the numerator."""
 
     @abstractmethod
     def number(self, value: float) -> PrintedText:
@@ -91,12 +91,12 @@ class Notation(ABC):
         """Return the sum of matrix elements times a term, over the balls that ``over`` counts."""
 
     def tight(self, it: PrintedText, least: Holds) -> str:
-        """Return a text, in brackets if it binds less strongly than ``least``."""
+        """Return an expression's text, in brackets if it binds less strongly than ``least``."""
         return it.text if it.holds >= least else self.bracketed(it.text)
 
 
 class Printer:
-    """Printer of expressions that are not lowered, so that they appear as written.
+    """Printer of expressions as they were written, before lowering.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class Printer:
         return PrintedText("-" + text[3:] if terms[0][0] else text[3:], Holds.SUM)
 
     def _terms(self, x: Expression, index: str) -> list[tuple[bool, PrintedText]]:
-        """Return the terms of a sum, each with True if it is subtracted; other nodes are a term."""
+        """Return a sum's terms, each with True if subtracted; a node that is no sum is one term."""
         if x.op in ("add", "sub", "fma"):
             if x.op == "fma":
                 first = [(False, self._product([x.args[0], x.args[1]], index)[1])]
@@ -177,7 +177,7 @@ class Printer:
     def _flipped(
         self, x: Expression, terms: list[tuple[bool, PrintedText]], index: str
     ) -> list[tuple[bool, PrintedText]]:
-        """Return one term with its sign reversed; several terms become one that is subtracted."""
+        """Return the negative of terms: a single term's sign changes, several become one term."""
         if len(terms) == 1:
             return [(not terms[0][0], terms[0][1])]
         return [(True, self._written(x, index))]
@@ -248,7 +248,7 @@ class Printer:
         return it if count == 1 else self._notation.power(it, count)
 
     def _number(self, value: float) -> PrintedText:
-        """Return a number that is not negative, as a short fraction if it equals one."""
+        """Return a nonnegative number as text, as a short fraction if the number equals one."""
         short = Fraction(value).limit_denominator(9) if value < 100 else Fraction(1)
         if short.denominator > 1 and short.numerator / short.denominator == value:
             return self._notation.fraction(short.numerator, short.denominator)
@@ -278,14 +278,14 @@ class Printer:
 T = TypeVar("T")
 
 _PACKAGE = __name__.rpartition(".")[0]
-"""This package, whose functions have no quantities of a formula as locals."""
+"""Name of this package, in whose functions local variables are no quantities of a formula."""
 
 
 class Named(NamedTuple):
-    """Intermediate quantity of a formula, with its name in the source."""
+    """Intermediate quantity of a formula, with the name of its variable in the source code."""
 
     name: str
-    """Name in the source."""
+    """Name of the local variable in the source code."""
     node: Expression
     """Expression of the quantity."""
 

@@ -1,4 +1,4 @@
-"""Order in which expressions are computed, such that few operations wait for others.
+"""Order in which to compute expressions, such that few operations wait for results.
 
 A processor looks only some hundred instructions ahead for operations whose arguments are known.
 Long code whose sums follow each other, each a chain of dependent operations, would leave it idle.
@@ -20,7 +20,7 @@ _FREE = ("const", "input", "neg")
 def scheduled(
     roots: Sequence[Expression], balls: int, known_numbers: Container[int] = ()
 ) -> list[Expression]:
-    """Return the operations on which roots depend, in an order for their computation.
+    """Return all operations on which roots depend, in the order in which to compute them.
 
     This is list scheduling (Graham 1969, SIAM J. Appl. Math. 17, 416-429) for a processor that
     starts one operation per cycle: of the operations whose arguments are known, the one that most
@@ -49,7 +49,7 @@ def scheduled(
             users[number].append(x)
     now, order = 0, []
     begin = dict.fromkeys(needs, 0)
-    """Cycle in which a node's arguments are available, as far as they are scheduled."""
+    """Cycle from which on a node's arguments, as far as scheduled, are available."""
     later = [(0, x.number, x) for x in nodes if not needs[x.number]]
     ready: list[tuple[int, int, Expression]] = []
     while ready or later:

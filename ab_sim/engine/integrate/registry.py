@@ -40,9 +40,9 @@ class Stepper:
     solves_drag: bool = False
     """True if the method is stable for any amount of the race's drag."""
     takes_lanes: bool = False
-    """True if several runs can take its steps together, in lanes."""
+    """True if several runs can take steps of this method together, one run per SIMD lane."""
     locates_events: bool = True
-    """True if its steps can be cut at events."""
+    """True if steps of this method can be cut at events, as set-valued laws need."""
     priced: bool = True
     """True if the method is tried when a scene requests an accuracy."""
     keeps_tolerance: bool = False
@@ -76,12 +76,12 @@ class Parameter(NamedTuple):
 
     @property
     def what(self) -> str:
-        """Meaning, with the unit if there is one."""
+        """Meaning of the parameter, followed by the unit if there is one."""
         return self.meaning if self.unit == "1" else f"{self.meaning} [{self.unit}]"
 
 
 class _Family(NamedTuple):
-    """Steppers of one name, which differ in the values of their parameters."""
+    """Registered name of a stepper: function that makes the stepper, and its parameters."""
 
     make: Callable[..., Stepper]
     parameters: Mapping[str, Parameter]
@@ -92,7 +92,7 @@ FAMILIES = NamedEntries[_Family]("stepper")
 
 
 def register(stepper: Stepper) -> Stepper:
-    """Register a stepper under its name, and return it."""
+    """Register a stepper without parameters under ``stepper.name``; return the stepper."""
     register_family(stepper.name, {})(lambda: stepper)
     return stepper
 
@@ -100,7 +100,7 @@ def register(stepper: Stepper) -> Stepper:
 def register_family(
     name: str, parameters: Mapping[str, Parameter]
 ) -> Callable[[Callable[..., Stepper]], Callable[..., Stepper]]:
-    """Return a decorator that registers a function from parameters to steppers of this name.
+    """Return a decorator that registers, as ``name``, a function from parameters to a stepper.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def register_family(
 
 
 def steppers() -> dict[str, Stepper]:
-    """Return every stepper by name, with its parameters' defaults."""
+    """Return all registered steppers by name; parameters have their defaults."""
     return {name: stepper_named(name) for name in _all_families()}
 
 
@@ -134,7 +134,7 @@ def parameters_of(name: str) -> Mapping[str, Parameter]:
 
 
 def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Stepper:
-    """Return the stepper of a name, the same object for the same parameters.
+    """Return the stepper with a name; equal parameters give the same object.
 
     Parameters
     ----------

@@ -129,7 +129,7 @@ _lock = threading.Lock()
 
 
 def code_of(system: System, segment: type[Any]) -> Code:
-    """Return the code of a system's kind, the same object for systems that differ in numbers only.
+    """Return the code for a system; systems that differ in numbers only share one object.
 
     The environment variable ``LIMIT`` is part of the kind. The ``KINDS`` most recently used are
     cached. An address is valid only as long as its ``Code`` exists, so keep a reference to it.
@@ -147,7 +147,7 @@ def code_of(system: System, segment: type[Any]) -> Code:
 
 @functools.cache
 def caller(pointers: int, numbers: int) -> Any:
-    """Return the ctypes type of a function with these numbers of pointers and doubles."""
+    """Return the ctypes type of a function that takes numbers of pointers, then of doubles."""
     kinds = [ctypes.c_void_p] * pointers + [ctypes.c_double] * numbers
     return ctypes.CFUNCTYPE(None, *kinds)
 

@@ -14,7 +14,7 @@ from ab_sim.model.dynamics.system import System, constants_of_balls, stacked
 from ab_sim.model.equations.motion import BALL_COLUMNS, ActiveSegment, BallConstants
 
 PLACE_FIELDS = ActiveSegment._fields[1:]
-"""Names of the numbers that follow those of the speed law."""
+"""Names of the constants of the place on the profile that follow those of the speed law."""
 
 
 class ConstantsLayout(NamedTuple):
@@ -45,7 +45,7 @@ def flattened(value: Any, name: str, like: Any = None) -> Iterator[tuple[str, An
 
 
 def replace_floats(value: Any, name: str, make: Callable[[str], Any]) -> Any:
-    """Return nested tuples with each float replaced by ``make`` of its name.
+    """Return nested tuples with each float replaced by ``make(name of the float)``.
 
     Other values, such as counts and choices, stay, because they decide which code is traced.
     """

@@ -46,7 +46,7 @@ class TracedState(NamedTuple):
     rate: Number
     """Rate of each ball's angle [rad/s]."""
     spindle: MotorState | None
-    """Spindle's state with a motor, else None."""
+    """State of the spindle in a scene with a motor, else None."""
 
 
 class Evaluated(NamedTuple):
@@ -54,12 +54,12 @@ class Evaluated(NamedTuple):
 
     spindle: SpindleMotion
     torques: Torques | None
-    """Torques of a motor, else None."""
+    """Torques of the motor in a scene with one, else None."""
     on: OnRace
     arrow: Arrow
     """Equations of motion, with the balls' positions ``on`` the race."""
     solved: Solved
-    """Accelerations that satisfy them."""
+    """Accelerations that satisfy the equations of motion."""
 
 
 class Model:
@@ -102,7 +102,7 @@ class Model:
         )
 
     def state_inputs(self) -> list[Expression]:
-        """Return the inputs of all states, in their order; one input stands for all balls."""
+        """Return the inputs of all states in the state's order; one input stands for all balls."""
         return [self.graph.input(name, per_ball=name in OF_EACH_BALL) for name in self.state_names]
 
     def _parameter(self, name: str, per_ball: bool = False) -> Expression:
@@ -181,7 +181,7 @@ class Model:
         return spindle, torques, on, arrow
 
     def evaluated(self, at: TracedState, ahead: Number | None = None) -> Evaluated:
-        """Return the equations and their solution; ``ahead`` is that of ``mobility``."""
+        """Return the equations of motion and their solution; ``ahead``: see ``mobility``."""
         spindle, torques, on, arrow = self.arrow(at)
         prescribed_one = None if self.has_motor else spindle.acceleration
         mobility = functools.partial(self.mobility, ahead=ahead)

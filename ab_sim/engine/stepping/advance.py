@@ -15,7 +15,7 @@ from ab_sim.engine.stepping.side_by_side import LaneSamples
 
 
 class Method(Protocol):
-    """Single run with a method for its steps."""
+    """Single run, and the method that takes the run's steps."""
 
     @property
     def run(self) -> Run:
@@ -94,7 +94,7 @@ def advance(
 
 
 def _enter_segment(run: Run, line: Floats, steps: EqualSteps, only_record: bool) -> None:
-    """Set the active profile segment to that of a step plan's line."""
+    """Make the profile segment of a step plan's line the active one."""
     memory, smooth = run.work.memory, run.work.smooth
     if steps.start != smooth[0] and not only_record:
         # A method's memory extrapolates a smooth motion: it is not valid after a kink.
@@ -117,7 +117,7 @@ def _put_labels(run: Run, samples: Table, first: int, command: float) -> None:
 
 
 class Lanes(Protocol):
-    """Eight runs, one per SIMD lane, with a method for their steps."""
+    """Eight runs, one per SIMD lane, and the method that takes the runs' steps."""
 
     def enter(self, plan: LanePlan, s: int) -> None:
         """Begin row s of a plan."""

@@ -100,7 +100,7 @@ def normalised(unit: Sequence[Expression]) -> tuple[list[Expression], Expression
 
 
 def unwound(angle: Expression) -> tuple[Expression, Expression]:
-    """Return the turn in an angle, at most one per step, and the rest.
+    """Return the whole turn (-1, 0 or 1) in an angle after a step, and the angle without this turn.
 
     The arithmetic is that of ``fixed_step.take_out_turns``.
     """
@@ -142,7 +142,7 @@ class _Function(NamedTuple):
 
     value: Expression
     size: Expression
-    """Magnitude of the forces in it, which bounds its rounding error."""
+    """Magnitude of the forces in ``value``, which bounds the rounding error of ``value``."""
 
 
 def _event_test_text(emission: Emission, lanes: int) -> str:

@@ -17,7 +17,7 @@ from ab_sim.engine.stepping.plan import EqualSteps
 from ab_sim.model.dynamics.system import TURNS
 
 TWO_PI_REST = 2.4492935982947064e-16
-"""Difference of 2 pi and the floating-point number nearest to it."""
+"""2 pi minus the floating-point number nearest to 2 pi [rad]."""
 DRIFT = 1e-12
 """Deviation of a quaternion's squared norm from 1 at which it is normalised. The equations do not
 depend on the norm; only its rounding does."""

@@ -59,7 +59,7 @@ class LanesOverEvents(NamedTuple):
     table: Cube
     """``BallEvents.table`` of all runs, shape (12 + 2 K, n, 8)."""
     suspected: Floats
-    """Nonzero for a run that may have an event in its step, shape (8,)."""
+    """Nonzero for a run that may have an event within the current step, shape (8,)."""
     took_alone: Floats
     """Nonzero for a run that took its step alone, shape (8,): 1, or 2 if its branches must be
     checked."""
@@ -151,7 +151,7 @@ def _may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> boo
 
 
 def _step_alone(all_runs: LanesOverEvents) -> None:
-    """Repeat the step with each run that may have an event in it."""
+    """Repeat the current step, run by run, for each run that may have an event in the step."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         if all_runs.suspected[lane] != 0.0 and _is_going(runs, lane):

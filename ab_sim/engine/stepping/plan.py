@@ -1,4 +1,4 @@
-"""Ranges of equal steps between a schedule's breakpoints, and the times of their steps."""
+"""Ranges of equal steps between a schedule's breakpoints, and the times of these steps."""
 
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ _PLACE_UNTIL = 2
 
 
 def plan_line(step_range: StepRange, end: int, segment: ActiveSegment) -> list[Any]:
-    """Return the line of a step range, with ``end`` steps taken after it."""
+    """Return the plan's line for a step range; ``end``: the run's number of steps at its end."""
     first, start = step_range.first, step_range.scheduled.start
     return [first, end, start, step_range.offset, step_range.length, *segment.numbers]
 
@@ -35,11 +35,11 @@ class EqualSteps(NamedTuple):
     """
 
     first: float
-    """Number of steps of the run before these."""
+    """Number of steps of the run before the first of these steps."""
     start: float
     """Beginning of the profile segment [s]."""
     offset: float
-    """Offset of the first step within its nominal step [s]."""
+    """Time from the nominal step's beginning to the first of these steps [s]; 0 for whole steps."""
     length: float
     """Length of each step [s]: the nominal length, or part of it next to a breakpoint."""
     until: float
@@ -68,7 +68,7 @@ def equal_steps(line: Floats, first: float, nominal: float) -> EqualSteps:
 
 
 class LanePlan(NamedTuple):
-    """Step plan of eight runs, cut at the breakpoints of each of them."""
+    """Step plan of eight runs, cut at the breakpoints of each run's schedule."""
 
     lines: Cube
     """Step ranges of each run, shape (rows, 8, columns as above). FIRST and END of a row are those

@@ -51,7 +51,7 @@ class LaneRuns(NamedTuple):
     status: Table
     """Flags of each run, shape (2, 8), lines as in ``settle``."""
     sound: Floats
-    """Number of steps at whose end each run was within its bounds, shape (8,)."""
+    """Number of steps of each run after which the state was within bounds, shape (8,)."""
     slopes: Table
     """Slopes at the states, shape (states, 8)."""
     trial: Table
@@ -81,7 +81,7 @@ class LaneRuns(NamedTuple):
 
 
 class LaneSamples(NamedTuple):
-    """Memory for the samples of eight runs, with its strides in numbers."""
+    """Memory for the samples of eight runs, with strides counted in numbers."""
 
     numbers: Floats
     run: int
@@ -118,7 +118,7 @@ def enter_row(runs: LaneRuns, plan: LanePlan, s: int) -> None:
 
 
 def put_segment(c: Table, place: int, lane: int, line: Floats) -> None:
-    """Set the active profile segment of one run to that of a plan's line."""
+    """Make the profile segment of a plan's line the active one of the run in a lane."""
     for j in range(PLACE, line.size):
         c[place + j - PLACE, lane] = line[j]
 

@@ -64,7 +64,7 @@ def taylor_code(code: Code, order: int, lanes: int) -> TaylorCode:
 
 
 def memory_size(system: System) -> int:
-    """Return the count of numbers in a run's memory, which belongs to its state."""
+    """Return the count of numbers in the memory that Taylor's method keeps for a run."""
     return STATE + layout_of(system).size + len(system.balls)
 
 

@@ -95,7 +95,7 @@ class DueSamples(NamedTuple):
     due: Expression
     """Number of runs with a sample due."""
     left: Expression
-    """Number of runs with samples left in their ranges."""
+    """Number of runs that have further samples in their present step ranges."""
 
 
 def due_samples(clock: ClockLines) -> DueSamples:

@@ -82,7 +82,7 @@ class TaylorRuns(NamedTuple):
     row: Table
     """Row of the current sample, shape (numbers, runs)."""
     nowhere: Floats
-    """Memory for samples that are not recorded, so that recording needs no branch."""
+    """Memory to which samples are written that are not recorded; recording thus needs no branch."""
     sound: Floats
     """Line ``SOUND_STEPS`` of the table ``status``, shape (runs,)."""
 

@@ -281,11 +281,11 @@ class TaylorEmission:
         return into
 
     def _function(self, name: str, pointers: Sequence[str], lanes: int) -> tuple[Function, Body]:
-        """Return a new function with the arguments c, b, t and these pointers, and its body."""
+        """Return a new function with the arguments c, b, t and ``pointers``, and its empty body."""
         return self._emission.function(name, pointers, INPUTS, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
-        """StoredRoot flags and counts that show whether a state is within its bounds."""
+        """Emit stores of flags and counts that show whether the state is within its bounds."""
         inside = self._model.lifted(1.0)
         for x, bound in zip(state, self._named("bounds", body), strict=True):
             beyond = where(abs(x) < bound, 0.0, self._model.lifted(1.0))
@@ -324,7 +324,7 @@ class TaylorEmission:
         return totals
 
     def _named(self, pointer: str, body: Body) -> list[Expression]:
-        """Return the states at a pointer as inputs, and add their places to ``body``."""
+        """Return inputs for the states stored at a pointer; ``body`` learns where they are."""
         input_, named = self._model.graph.input, []
         for name, place in self._emission.state_places(pointer).items():
             body.places[f"{pointer}.{name}"] = place

@@ -91,7 +91,7 @@ class _Equations:
         self._path = graph.input("path", per_ball=True)
         x = [*self._x, lifted(al)]
         self.unsolved = Evaluated(spindle, torques, on, arrow, Solved(x, self._path))
-        """Equations at a state, before they are solved for the accelerations."""
+        """Equations of motion at a state, not yet solved for the accelerations."""
         self._block = [
             [lifted(arrow.block[min(r, q)][max(r, q)]) for q in range(free)] for r in range(free)
         ]

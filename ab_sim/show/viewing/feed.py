@@ -1,4 +1,4 @@
-"""Rerun's program, and processes of it that receive a growing file."""
+"""Rerun's program, and processes of this program that pass a growing file to a viewer."""
 
 import importlib.util
 import os
@@ -95,7 +95,7 @@ class Program:
 
 
 class Started:
-    """Started process and its output."""
+    """Process that was started, and the file with its output."""
 
     def __init__(self, process: subprocess.Popen[bytes], log: Path) -> None:
         self.process, self._log = process, log
@@ -202,7 +202,7 @@ class Feed:
         self._thread.join()
 
     def _copy(self) -> None:
-        """Copy the growing file to the process, until `stop`, or its end after `finish`."""
+        """Copy the growing file to the process until `stop`, or up to its end after `finish`."""
         pipe = self._started.process.stdin
         assert pipe is not None
         buffer = bytearray(_PIECE)

@@ -61,7 +61,7 @@ class Proxy(NamedTuple):
         return f"rerun+http://{host}:{self.port}/proxy"
 
     def page(self, port: int) -> str:
-        """Return the address of the web viewer of this proxy, on a port of this machine."""
+        """Return the address, on a port of this machine, of a web viewer for this proxy's data."""
         return f"http://{LOOPBACK}:{port}/?url={quote(self.url, safe='')}"
 
     def check(self) -> Answer:

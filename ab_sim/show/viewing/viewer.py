@@ -1,4 +1,4 @@
-"""Viewer, and the thread that starts, feeds and monitors it."""
+"""Viewer of growing recordings, and the thread that starts, feeds and monitors the viewer."""
 
 import threading
 import time
@@ -13,7 +13,7 @@ from ab_sim.show.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 WEB, NATIVE = "web", "native"
 _NO_SCREEN = "there is no screen (neither DISPLAY nor WAYLAND_DISPLAY is set); web needs none"
 MEMORY = "2GiB"
-"""Memory limit of a viewer and of its server, above which Rerun drops the oldest data."""
+"""Memory limit of a viewer, and of a web server for it, above which Rerun drops old data."""
 TURN = 0.25
 """Time between two checks of the viewer [s]."""
 _STARTING = 30.0
@@ -111,7 +111,7 @@ class Viewer:
 
     @property
     def trouble(self) -> bool:
-        """True if the viewer should show its data but does not."""
+        """True if the viewer should show the recordings but does not."""
         return not self._shown and self._state not in (STARTED, CLOSED)
 
     @property
@@ -149,12 +149,12 @@ class Viewer:
 
     @property
     def process(self) -> int | None:
-        """Process id of a viewer that was started here and runs; None otherwise."""
+        """Id of the viewer's process, if this process started it and it runs; else None."""
         server = self._server
         return server.process.pid if server and server.process.poll() is None else None
 
     def feed(self, path: Path) -> None:
-        """Show a file, and follow it as it grows."""
+        """Show a file, and follow the file as it grows."""
         with self._lock:
             self._files.setdefault(path, None)
 
@@ -166,7 +166,7 @@ class Viewer:
                 self._last.append(feed)
 
     def close(self, leave_window: bool = False) -> None:
-        """Show the rest of the files, and stop the viewer if it was started here.
+        """Show the rest of all files, and stop the viewer if this process started it.
 
         Parameters
         ----------
@@ -218,7 +218,7 @@ class Viewer:
             self._stop_feeds()
 
     def _start(self) -> None:
-        """Start the viewer, or start it again unless its user closed it or it fails at once."""
+        """Start the viewer; start it again unless the user closed it or it failed at once."""
         assert self._command is not None
         if self._server is not None:
             self._stop_feeds()
