@@ -15,7 +15,11 @@ from ab_sim.engine.stepping.side_by_side import LaneSamples
 
 
 class Method(Protocol):
-    """Single run, and the method that takes the run's steps."""
+    """Single run, and the method that takes the run's steps.
+
+    The classes are ``FixedSteps``, ``ImplicitSteps`` and ``TaylorRun``; ``Steps`` of a drive
+    chooses one.
+    """
 
     @property
     def run(self) -> Run:
@@ -117,7 +121,11 @@ def _put_labels(run: Run, samples: Table, first: int, command: float) -> None:
 
 
 class Lanes(Protocol):
-    """Eight runs, one per SIMD lane, and the method that takes the runs' steps."""
+    """Eight runs, one per SIMD lane, and the method that takes the runs' steps.
+
+    The classes are ``LaneRuns``, ``LanesOverEvents`` for scenes with events, and ``TaylorRuns``;
+    ``LaneGroup`` of a batch chooses one.
+    """
 
     def enter(self, plan: LanePlan, s: int) -> None:
         """Begin row s of a plan."""

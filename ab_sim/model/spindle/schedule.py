@@ -177,7 +177,11 @@ class SpeedSchedule:
 
     @property
     def steepest(self) -> float:
-        """Largest magnitude of the acceleration [rad/s^2]."""
+        """Largest magnitude of the acceleration [rad/s^2].
+
+        The acceleration is evaluated in the middle of each segment, where ramps and raised cosines
+        are steepest.
+        """
         return max(
             (
                 abs(float(scheduled.law.acceleration(0.5 * (scheduled.end - scheduled.start))))
