@@ -55,7 +55,7 @@ SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": Proximi
 _STANDS = 1e-3
 """Speed below which a spindle stands still, relative to the top speed."""
 _RUN_BEGINS = 1
-"""Largest first step number of a recording by ab_sim that counts as starting with the run."""
+"""Largest step number of the first sample at which a recording includes the run's start."""
 
 
 def measured_of(

@@ -40,7 +40,7 @@ Closer to the end, the profile is nearly a parabola, and interpolation is accura
 
 
 class Estimate(NamedTuple):
-    """Fitted number with its 95 % interval."""
+    """Fitted value of a parameter, and the 95 % confidence interval."""
 
     name: str
     unit: str

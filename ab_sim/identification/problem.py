@@ -174,7 +174,7 @@ class Problem:
         return np.concatenate(residuals), np.concatenate(blocks) * self.scales[list(free)]
 
     def costs_no_more(self, free: Sequence[int], central: bool) -> bool:
-        """Return whether ``both`` costs no more than ``residuals``: all runs fit side by side."""
+        """Return whether ``both`` costs no more than ``residuals``: all its runs fit in lanes."""
         sides = 2 if central else 1
         return all(
             drive.side_by_side and sides * len(self._affecting(k, free)) < LANES

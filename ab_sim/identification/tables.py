@@ -41,7 +41,7 @@ FAULTS = "faults"
 
 @dataclass(frozen=True)
 class Table:
-    """Named columns of a file, with units and the description of its run."""
+    """Named columns of a file, with units and, for a recording, the description of the run."""
 
     name: str
     columns: Mapping[str, np.ndarray]

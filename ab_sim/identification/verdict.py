@@ -1,4 +1,4 @@
-"""Verdict of a fit, with its reasons."""
+"""Verdict on whether a fit explains the measurements, and reasons for the verdict."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Replay of a bag with its timing."""
+"""Replay of a bag's messages at the intervals at which they were recorded."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class BagReplay(BaseNode):
         return True, "paused" if pause else "running"
 
     def run(self, stopping: threading.Event, progress: CountProgress) -> int:
-        """Publish all messages, wait until they have arrived, and return their number.
+        """Publish all messages, wait until they have arrived, and return the number published.
 
         Parameters
         ----------

@@ -44,7 +44,7 @@ class BaseNode(Node):
         return {name: declared[name].value for name in declared if "." not in name}
 
     def changed_parameters(self) -> str:
-        """Return a text with the parameters that differ from their defaults, and their values."""
+        """Return a text with names and values of the parameters that differ from the defaults."""
         defaults = self.parameter_defaults
         changed = [
             f"{name} = {value!r}"
@@ -139,7 +139,7 @@ class ManagedNode(BaseNode, LifecycleNode):
         return (s for s in super().services if s.service_name not in self._urgent)
 
     def destroy_node(self) -> None:
-        """Destroy the node and its state machine.
+        """Destroy the node and the lifecycle state machine.
 
         rclpy leaves the state machine, which refers to the node, to the garbage collector. At the
         end of a process, this may never run. Peers would then see the node until the DDS lease of
@@ -215,7 +215,7 @@ class ManagedNode(BaseNode, LifecycleNode):
             self._raise()
 
     def run_in_thread(self, work: Callable[[Say], Result], doing: str) -> Result:
-        """Run long work in a separate thread, and serve requests until it is done.
+        """Run long work in a separate thread, and serve the node's requests until the work is done.
 
         Parameters
         ----------

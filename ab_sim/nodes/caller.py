@@ -111,7 +111,7 @@ class Caller:
                 )
 
     def call(self, service: str, request: Any, timeout: float = _ANSWER, again: float = 0.0) -> Any:
-        """Call a service, after ``wait_for_services``, and return its answer.
+        """Call a service, which ``wait_for_services`` has found, and return the answer.
 
         Parameters
         ----------

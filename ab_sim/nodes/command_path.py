@@ -114,7 +114,7 @@ class CommandPath:
         self.accepted = self.rejected = self.ignored = self.dropped = self.silences = 0
         self.last_rejected = math.nan
         self.rejected_with_report = 0
-        """Number of rejected commands of kinds that the caller reports singly, as trajectories."""
+        """Number of rejected trajectories and joint commands, each of which the caller reports."""
         self.trajectory_news: list[TrajectoryAnswer] = []
         """Answers to trajectories, newest last; the caller clears the list."""
         self.acted: list[int] = []

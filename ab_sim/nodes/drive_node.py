@@ -33,7 +33,7 @@ _UNCONFIGURED = "unconfigured: no scene is loaded"
 
 
 class DriveNode(ManagedNode):
-    """Node with a session from configure to cleanup, whose time advances while it is active."""
+    """Node with a session from configure to cleanup; time advances while the node is active."""
 
     def __init__(self) -> None:
         super().__init__("drive_sim", EMERGENCY_STOP)
@@ -136,7 +136,7 @@ class DriveNode(ManagedNode):
         return scene_of(values["scene"], values["changes"], self._rates)
 
     def configure(self) -> None:
-        """Load the scene of the parameters and compile its kernels."""
+        """Load the scene that the parameters name, and compile the scene's kernels."""
         values = self.settings.values
         self._tell(Level.OK, f"configuring {values['scene']}")
         try:

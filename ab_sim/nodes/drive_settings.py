@@ -235,7 +235,7 @@ DRIVE_PARAMETERS = (
 
 
 def rates_of(values: Values) -> Rates:
-    """Return the rates of the main loop, and the limits of its lag.
+    """Return the rates of the main loop, and limits of how far it may lag behind real time.
 
     Raises
     ------

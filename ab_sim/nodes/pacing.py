@@ -230,7 +230,7 @@ class Pacer:
         return due
 
     def continue_counts(self, before: "Pacer") -> None:
-        """Continue the counts of the pacer before, because counts last until cleanup."""
+        """Continue the counts of the previous pacer, because counts last until cleanup."""
         self.total, self.lateness = before.total, before.lateness
 
     def recent(self) -> Pacing:

@@ -176,7 +176,7 @@ class Parameters:
         self._node.add_post_set_parameters_callback(applied)
 
     def _with(self, parameters: list[Parameter[Any]]) -> dict[str, Any]:
-        """Return all values with requested changes; ignore parameters of other declarers.
+        """Return all values, with changes; ignore parameters that this object did not declare.
 
         Raises
         ------

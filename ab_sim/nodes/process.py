@@ -124,7 +124,7 @@ def _as_parameter(stray: str) -> str:
 
 
 _NOTICED = 0.2
-"""Time between the node's end and the DDS participant's [s], in which peers notice. With a peer
+"""Time from the node's end to the DDS participant's [s], so that peers notice. With a peer
 that was repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
 
 LONGEST = 5.0

@@ -340,7 +340,7 @@ class ProfileController(BaseNode):
         self.get_logger().info(f"the next ~/start will run {values['profile']}")
 
     def _begin(self, plan: CheckedProfile) -> str:
-        """Run a profile from its beginning; return the reason if it cannot run."""
+        """Start a profile from its beginning; return the reason if it cannot run, else ''."""
         if refusal := self._missing(plan):
             return refusal
         slope, schedule = self._slope or plan.steepest, plan.schedule

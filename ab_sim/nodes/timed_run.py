@@ -207,7 +207,7 @@ FASTEST = 200.0
 
 
 class TimedRun:
-    """Runs profiles by a clock, which may jump if it is that of a simulator.
+    """Runs profiles by a clock, which may jump if a simulator publishes it.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ class TimedRun:
         deceleration: float,
         begin: int | None = None,
     ) -> str:
-        """Run a profile from its beginning.
+        """Start a profile from its beginning, now or at a given time.
 
         Parameters
         ----------

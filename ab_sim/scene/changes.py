@@ -15,7 +15,7 @@ REMOVED: Any = object()
 AXES = 3
 """Number of values of a mount's stiffness or damping, one per axis."""
 ZERO = {"start.ball_rates": 0.0, "race.height": 0.0, "balls.race": 0}
-"""Keys that take a list, or one number for all entries, with the number if the key is absent."""
+"""Keys that take a list, or one number for all entries; the default of each key."""
 _NAMED = ("sensors", "probes")
 """Sections whose keys are names chosen by users, so that a key of digits is no list index."""
 

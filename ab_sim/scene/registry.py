@@ -87,6 +87,6 @@ def effect_parameters(effect: type[Any]) -> dict[str, dict[str, Any]]:
 
 
 def deck_model_ways() -> dict[str, int]:
-    """Return the deck models by name, each with the number of axes along which its deck moves."""
+    """Return the number of axes along which the deck moves, by name of the deck model."""
     models = registry("deck models").deck_models()
     return {name: model.kind.AXES for name, model in models.items()}

@@ -47,8 +47,9 @@ def _is_reserved(name: str) -> bool:
 RATE_TOLERANCE = 1e-6
 """Relative tolerance of sample rates: a rate with about six digits counts as the exact rate."""
 ALIASING = 0.1
-"""Gain of the low-pass at half the sample rate above which a sensor may alias. At this gain, the
-low-pass attenuates higher frequencies by at least 20 dB, and by 12 dB more per octave."""
+"""Gain of a sensor's low-pass at half the sample rate above which a warning states that the sensor
+may alias. At this gain, the low-pass attenuates higher frequencies by at least 20 dB, and by 12 dB
+more per octave."""
 
 
 class Sampled(Section):

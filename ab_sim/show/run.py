@@ -337,7 +337,7 @@ def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -
 
 
 def _draw_angles(axes: Axes, path: Trajectory, metrics: Metrics) -> None:
-    """Draw ball angles within a turn, the side opposite the unbalance, and its first crossing."""
+    """Draw ball angles within a turn, the side opposite the unbalance, and its first passage."""
     time, angles = path["time"], in_degrees(path.ball_angles)
     labels = []
     for ball, style in enumerate(ball_styles(path.balls)):

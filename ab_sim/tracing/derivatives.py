@@ -248,7 +248,7 @@ class PowerSeries:
         return addends
 
     def _derived(self, x: Expression, k: int) -> Expression:
-        """Return coefficient k of a node, from its lower ones and those of its arguments."""
+        """Return coefficient k of a node, from lower coefficients and those of the arguments."""
         of, args, graph = self.coefficient, x.args, x.graph
         if x.op == "input":
             if k == 0:

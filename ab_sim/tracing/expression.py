@@ -235,7 +235,7 @@ def sub(a: Expression, b: Expression) -> Expression:
 
 
 def mul(a: Expression, b: Expression) -> Expression:
-    """Return a product, with any sign taken out of its factors."""
+    """Return a product; minus signs of the factors are moved in front of the product."""
     if is_constant(a) and is_constant(b):
         return a.graph.constant(a.payload * b.payload)
     if is_constant(a):

@@ -81,7 +81,7 @@ class Parameter(NamedTuple):
 
 
 class _Family(NamedTuple):
-    """Registered name of a stepper: function that makes the stepper, and its parameters."""
+    """Registered function that makes a stepper, and the parameters that the function takes."""
 
     make: Callable[..., Stepper]
     parameters: Mapping[str, Parameter]

@@ -147,7 +147,7 @@ def code_of(system: System, segment: type[Any]) -> Code:
 
 @functools.cache
 def caller(pointers: int, numbers: int) -> Any:
-    """Return the ctypes type of a function that takes numbers of pointers, then of doubles."""
+    """Return the ctypes type of functions with ``pointers`` pointers and ``numbers`` doubles."""
     kinds = [ctypes.c_void_p] * pointers + [ctypes.c_double] * numbers
     return ctypes.CFUNCTYPE(None, *kinds)
 

@@ -82,7 +82,7 @@ def run_with(
 
 
 def implicit_steps(run: Run, weights: Alpha, code: Code) -> ImplicitSteps:
-    """Return a run with steps of the generalized-alpha method, for which it has a memory."""
+    """Return a run with steps of the generalized-alpha method, and the memory that these need."""
     lanes, states = lanes_for(code.model.count), run.state.size
     return ImplicitSteps(
         run,

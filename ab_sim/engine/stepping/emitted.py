@@ -253,7 +253,7 @@ def _forces(emission: Emission) -> list[_Function]:
 
 
 def _sliding(emission: Emission) -> tuple[Expression, Expression] | None:
-    """Return the balls' speed in their direction of sliding, and its rate."""
+    """Return each ball's speed in the direction of sliding, and the rate of this speed."""
     model = emission.model
     if not (model.has_friction and model.count):
         return None
@@ -312,7 +312,7 @@ def _doubt_of_speed(g0: Expression, r0: Expression, g1: Expression, r1: Expressi
 
 
 def _hull(g0: Expression, r0: Expression, g1: Expression, r1: Expression) -> Expression:
-    """Return a lower bound of the cubic with these end values and changes.
+    """Return a lower bound within a step of the cubic with given values and changes at both ends.
 
     A cubic lies within the convex hull of its four Bezier ordinates.
     """

@@ -84,7 +84,7 @@ def complete_step(
 
 
 def take_over_end(work: Workspace) -> None:
-    """Reuse the slope and event functions at a step's end as those of the next one's start."""
+    """Reuse slope and event functions at a step's end as the values at the next step's start."""
     for j in range(work.slope.size):
         work.slope[j] = work.slope_ahead[j]
     for slot in range(work.value.size):

@@ -180,7 +180,7 @@ def renew(runs: TaylorRuns) -> None:
 
 
 def _expand(runs: TaylorRuns) -> None:
-    """Compute the series of each run at its step's beginning, and the step's end."""
+    """Compute each run's Taylor series at the beginning of its step, and the end of the step."""
     call(runs.coefficients, runs.c, runs.b, runs.clock, runs.y, runs.series)
 
 

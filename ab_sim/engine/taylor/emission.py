@@ -50,7 +50,7 @@ _FRACTION, _ONE = 0xFFFFFFFFFFFFF, 0x3FF0000000000000
 
 
 def step_length(into: Function, log_tolerance: str, squares: dict[int, str]) -> str:
-    """Emit the length of a step [s] and return its name.
+    """Emit the computation of a step's length [s], and return the result's name.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def _less(into: Function, a: str, b: str) -> str:
 
 
 def _chosen(into: Function, which: str, a: str, b: str) -> str:
-    """Emit a where the condition ``which`` holds, else b."""
+    """Emit a selection: ``a`` where the condition ``which`` holds, else ``b``."""
     lanes = into.shape.lanes
     of = kind(lanes)
     return into.put(f"select {kind(lanes, 'i1')} {which}, {of} {a}, {of} {b}")
@@ -215,7 +215,7 @@ class TaylorEmission:
         return into
 
     def mark(self, lanes: int) -> Function:
-        """Emit ``mark(c, b, t, status)``, which finds the runs with a sample in their step."""
+        """Emit ``mark(c, b, t, status)``, which finds runs with a sample due in this step."""
         into, body = self._function("mark", ["status"], lanes)
         due = due_samples(self._clock)
         for x in (*due.lines.values(), due.due, due.left):
@@ -333,7 +333,7 @@ class TaylorEmission:
 
 
 def _horner(x: Expression, coefficients: Sequence[Expression]) -> Expression:
-    """Return the polynomial of x with these coefficients, the constant one first."""
+    """Return the polynomial of x from ``coefficients``, the constant one first."""
     total = coefficients[-1]
     for coefficient in reversed(coefficients[:-1]):
         total = x * total + coefficient

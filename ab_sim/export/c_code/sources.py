@@ -354,7 +354,7 @@ def _expected(scene: Scene) -> str:
 
 
 def check_output(folder: Path, names: list[str], option: str) -> None:
-    """Refuse a folder that is not writable, or has files named so that ab_sim did not write.
+    """Refuse a folder that is not writable, or has a file of these names that ab_sim did not write.
 
     Parameters
     ----------

@@ -88,7 +88,7 @@ def _at_mount(mount: Sequence[Number], turn: Turn, state: Sequence[Number]) -> t
 def mount_forces(
     deck: Any, effects: Any, turn: Turn, state: Sequence[Number]
 ) -> tuple[Number, ...]:
-    """Return the mounts' force on the deck [N], and its moment about C [N m], on deck axes."""
+    """Return force [N] and moment about C [N m] of all mounts on the deck, on deck axes."""
     force, moment = [0.0] * 3, [0.0] * 3
     for mount in deck.mounts:
         moved, velocity = _at_mount(mount, turn, state)

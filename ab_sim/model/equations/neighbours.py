@@ -1,4 +1,4 @@
-"""Order of the balls along the race, their distances in contact, and their start angles.
+"""Order of balls along the race, distances of balls in contact, and start angles of balls.
 
 All distances are lengths along the race, of the curve of the balls' centres: the law of contact
 uses them (``events.balls.gap``), because their rates are exactly the balls' path speeds, so that no

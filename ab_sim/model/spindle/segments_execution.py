@@ -189,7 +189,7 @@ class SegmentsExecution:
         self._ahead, self._silence = ahead, silence
         self._segments = profile.segments if profile.kind == "segments" else ()
         self._schedule = SpeedSchedule.of_profile(profile, self.first)
-        """Schedule from segment ``_passed`` on, as far as it is decided; later segments with
+        """Speed schedule from segment ``_passed`` on, as far as decided; later segments with
         conditions have their longest duration."""
         self._passed = 0
         self._count = len(self._schedule.segments) - 1

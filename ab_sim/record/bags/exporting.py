@@ -205,7 +205,7 @@ class _Samples:
         return np.full((len(rows), rows.balls), math.nan)
 
     def _message(self, time: int, rank: int, topic: Topic, sample: Any) -> TimedMessage:
-        """Return a sample as a message on its topic in the drive's namespace."""
+        """Return a sample as a message on a topic in the drive's namespace, with time and rank."""
         return time, rank, topic, topic.within(self._namespace), encoded(topic, sample)
 
 

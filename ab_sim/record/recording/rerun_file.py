@@ -115,7 +115,7 @@ class Chunk:
 
 
 class RerunFile:
-    """Reader of a Rerun file, up to its size when it is opened.
+    """Reader of a Rerun file, up to the size that the file had when it was opened.
 
     An incomplete message at the end, as in a file that is still written, is not read.
     ``recordings`` has the identifiers of the recordings in the file; there are several after

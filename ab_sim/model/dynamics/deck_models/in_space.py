@@ -34,7 +34,7 @@ _EULER: Final = "ZXY"
 
 
 def _deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
-    """Return the constants of the deck model of a scene with these effects."""
+    """Return the constants of the deck model of a scene with the given effects."""
     deck, rotor = scene.deck, scene.rotor
     assert deck is not None and rotor.inertia is not None
     mass = scene.total_mass - scene.balls.total_mass - scene.eccentric_mass

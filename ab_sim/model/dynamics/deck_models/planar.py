@@ -26,7 +26,7 @@ _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0
 
 
 def _deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
-    """Return the constants of the deck model of a scene with these effects."""
+    """Return the constants of the deck model of a scene with the given effects."""
     eccentricity = scene.rotor.eccentricity
     sag_x, sag_y = _sag(scene.total_mass, effects) if has_gravity(effects) else (0.0, 0.0)
     return Planar(
