@@ -228,7 +228,7 @@ def run_scene(
 def compare_run(
     run: OfflineRun, progress: Callable[[Drive, Trajectory], None] | None = None
 ) -> Comparison:
-    """Run again without the balls, and without the variable-speed period.
+    """Repeat a run without the balls, and without the variable-speed period.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from ab_sim.scene.registry import EFFECTS, effect_classes
 
 @contextmanager
 def temporary_registrations() -> Iterator[None]:
-    """Return a context at whose end its registrations are removed.
+    """Return a context manager that undoes the registrations made within it.
 
     Use it in tests, and in notebooks in which a cell that registers a class runs again. It applies
     to effects, metrics, steppers and deck models.

@@ -76,8 +76,9 @@ class StabilityOptions(NamedTuple):
       circulate instead. Only points near borders are computed. They are kept, so that an
       interrupted map continues.
     * A basin (--basin) shows how runs from different start angles end. Starts with equal balls at
-      one angle are omitted, because these balls never separate. The scene sets the limit of a
-      balanced run, e.g. by `--set balanced.residual_unbalance=0.05`.
+      one angle are omitted, because these balls never separate. A run counts as balanced below
+      the limits in the scene's section `balanced`, e.g. with
+      `--set balanced.residual_unbalance=0.05`.
     * Without --map and --basin, the command does the same as `ab-sim equilibria`.
 
     Symbols, signs and angles: docs/conventions.md
@@ -122,9 +123,9 @@ class FloquetOptions(NamedTuple):
     Scenes with friction, contact or a motor are refused.
 
     Newton's method finds a periodic motion. Its Floquet multipliers decide on stability: they are
-    the eigenvalues of the exact derivative of the steps over one turn. If the largest modulus is
-    below 1, nearby motions return to the solution. Multipliers that are 1 because balanced states
-    form a continuum are ignored.
+    the eigenvalues of the exact derivative of the state after one turn by the state before it. If
+    the largest modulus is below 1, nearby motions return to the solution. Multipliers that are 1
+    because balanced states form a continuum are ignored.
 
     Symbols, signs and angles: docs/conventions.md
 

@@ -185,8 +185,8 @@ class TuneOptions(NamedTuple):
     Parameters
     ----------
     vary KEY=FROM..TO
-        Key to choose, and its range; KEY=log:FROM..TO searches on a logarithmic scale. Keys like
-        balls.count get whole numbers only. Repeatable.
+        Key to vary, and its range; KEY=log:FROM..TO searches on a logarithmic scale. Keys
+        like balls.count get whole numbers only. Repeatable.
     minimise METRIC
         Metric to minimise; `ab-sim metrics` lists metrics.
     maximise METRIC
@@ -199,8 +199,8 @@ class TuneOptions(NamedTuple):
     draws N
         With --spread, number of drives that are simulated for each candidate.
     share PERCENT
-        With --spread, share of a candidate's drives that must settle within all bounds; the worst
-        metric among the best of them judges the candidate.
+        With --spread, share of a candidate's drives that must settle within all bounds. The
+        worst metric in this share, counted from the best drive, judges the candidate.
     runs N
         Approximate largest number of runs.
     best_scene --scene FILE

@@ -312,9 +312,12 @@ class StartUp:
             raise ValueError(f"a state has {expected} numbers, not {len(numbers)}")
         values = [float(number) for number in numbers]
         if not all(map(math.isfinite, values)):
-            raise ValueError("a state has finite numbers only")
+            raise ValueError("the state must have finite numbers only")
         if not 0.0 <= values[3] <= self.settings.final_speed:
-            raise ValueError(f"it commands {values[3]:g} rad/s, which is beyond its final speed")
+            raise ValueError(
+                f"the state commands {values[3]:g} rad/s; must be 0 to the final speed of "
+                f"{self.settings.final_speed:g} rad/s"
+            )
         state, reason = State(int(values[0])), Reason(int(values[1]))
         self.state, self._reason, self._request = state, reason, ""
         self._command, self._time, self._elapsed, self._in_state, self._calls = values[3:8]

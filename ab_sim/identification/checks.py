@@ -134,8 +134,8 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
     if len(rows):
         raise InputError(
             f"{name}: {what}: row {rows[0]} is not a finite number, at {time[rows[0]]:.4g} "
-            f"s, and so are {len(rows)} of {len(values)}, but a run needs the spindle's motion; is "
-            "its sensor connected? fill them in, or cut the recording there"
+            f"s ({len(rows)} of {len(values)} rows are not), but a run needs the spindle's motion; "
+            "is its sensor connected? fill them in, or cut the recording there"
         )
 
 

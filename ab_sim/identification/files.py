@@ -449,7 +449,7 @@ def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measure
     for what in files.free:
         if what not in NUISANCES:
             raise InputError(
-                f"free {what}: must be some of {', '.join(NUISANCES)}{nearest(what, NUISANCES)}"
+                f"free {what}: must be one of {', '.join(NUISANCES)}{nearest(what, NUISANCES)}"
             )
     paths = [*files.recordings, *files.without_balls, *files.hold_out]
     for path in paths:

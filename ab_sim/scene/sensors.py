@@ -165,7 +165,7 @@ class Accelerometer(Sampled):
 
     The low-pass interpolates the force linearly between integration steps. That reduces the
     amplitude by the fraction (pi F h)^2 / 3 at the frequency F with the step h: at F_c the gain is
-    -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and 0 with 1/2.
+    -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10 and -39 dB with 1/2.
     """
 
     unit: ClassVar[str] = "m/s^2"
@@ -276,7 +276,7 @@ class ProximityProbe(Sampled):
     )
 
     position: tuple[Length, Length, Length] = quantity(
-        "point of the deck that it measures, from C on deck axes; only with a deck in space",
+        "point of the deck that the probe measures, from C on deck axes; only with a deck in space",
         "m",
         default=(0.0, 0.0, 0.0),
     )

@@ -271,12 +271,16 @@ def effects() -> Iterator[str]:
 
 
 def sensors() -> Iterator[str]:
-    """Yield the page part of the accelerometer, the only kind of sensor."""
-    from ab_sim.scene.sensors import Accelerometer
+    """Yield the page parts of the accelerometer and the proximity probe."""
+    from ab_sim.scene.sensors import Accelerometer, ProximityProbe
 
-    yield from ["## accelerometer", "", _plain(cleandoc(Accelerometer.__doc__ or "")), ""]
-    parameters = Accelerometer.model_json_schema()["properties"]
-    yield from _parameters(Accelerometer, parameters, "sensors.NAME.")
+    kinds = (
+        ("accelerometer", Accelerometer, "sensors.NAME."),
+        ("proximity probe", ProximityProbe, "probes.NAME."),
+    )
+    for title, kind, key in kinds:
+        yield from [f"## {title}", "", _plain(cleandoc(kind.__doc__ or "")), ""]
+        yield from _parameters(kind, kind.model_json_schema()["properties"], key)
 
 
 def _parameters(what: type[Any], fields: dict[str, Schema], at: str) -> Iterator[str]:

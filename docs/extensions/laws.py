@@ -63,4 +63,12 @@ LAWS = {
         "\n```\n\n"
         r"at $t = k / F_s$; $\left|B(F)\right|^2 = \frac{1}{1 + (F / F_c)^4}$, $S_n = N^2$"
     ),
+    "s = q round(clip(B(A(phi) r + n), -s_max, s_max) / q) at t = k / F_s; "
+    "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2": (
+        "```math\n"
+        r"s = q\, \mathrm{round}\left(\mathrm{clip}\left(B(A(\varphi) r + n), "
+        r"-s_\mathrm{max}, s_\mathrm{max}\right) / q\right)"
+        "\n```\n\n"
+        r"at $t = k / F_s$; $\left|B(F)\right|^2 = \frac{1}{1 + (F / F_c)^4}$, $S_n = N^2$"
+    ),
 }

@@ -133,7 +133,7 @@ class StartUp:
         elif self.state == "hold" and self._in_state >= settings.longest_hold:
             self._leave_hold("not quiet, but the longest hold is over")
         elif self.state == "to final" and self._reached(settings.final_speed, passed):
-            self._enter("at speed", f"of {settings.final_speed:g} rad/s")
+            self._enter("at speed", f"{settings.final_speed:g} rad/s")
         elif self.state == "run down" and self._reached(0.0, passed):
             self._enter("off", "standing still")
         return self.command

@@ -246,5 +246,5 @@ def test_the_usual_ones_have_names_too(scene: str, name: str) -> None:
 
 def test_a_name_and_a_class_are_there_once() -> None:
     for name, kind in ((NAME, tuple), ("other", OnFixedAxes)):
-        with pytest.raises(ValueError, match="registered twice|class is that"):
+        with pytest.raises(ValueError, match="registered twice|class is already registered"):
             register_deck_model(name, kind, DeckFromScene(make, start, yields))

@@ -77,7 +77,7 @@ def test_a_wrong_word_is_told_in_one_line(folder: Path) -> None:
         (("--fit", "effects.motor.torque_limit"), "no torque was measured"),
         (("--fit", FIT[0], "--bounds", f"{FIT[0]}=2000..3000"), "1000 lies outside"),
         (("--fit", FIT[0], "--bounds", f"{FIT[1]}=1..3"), "is not fitted; "),
-        (("--fit", FIT[0], "--free", "phase"), "some of gain, bias"),
+        (("--fit", FIT[0], "--free", "phase"), "one of gain, bias"),
         (("--fit", FIT[0], "--trial-mass", "other=5 g"), "no such recording"),
         (("--fit", FIT[0], "--hold-out", recording), "is given twice"),
         (("--fit", FIT[0], "--signal", "pickup"), "one of displacement, acceler"),

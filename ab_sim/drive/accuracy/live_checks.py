@@ -88,7 +88,8 @@ class LiveChecks:
     def __init__(self, drive: Drive, share: float, longest: float = math.inf) -> None:
         if drive.system.energy_balance:
             raise ValueError(
-                "checks need a drive without an energy balance, which they would repeat as well"
+                "checks repeat steps without an energy balance; create the drive without "
+                "energy_balance=True"
             )
         if not 0.0 < share <= 1.0:
             raise ValueError(f"share = {share}: must be above 0, and at most 1")

@@ -110,7 +110,7 @@ def register_family(
 
     def add(make: Callable[..., Stepper]) -> Callable[..., Stepper]:
         if name == AUTO:
-            raise ValueError(f"stepper {name!r}: this name requests the automatic choice")
+            raise ValueError(f"stepper {name!r}: the name is reserved for the automatic choice")
         FAMILIES.add(name, _Family(functools.cache(make), parameters))
         return make
 

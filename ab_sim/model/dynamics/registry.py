@@ -69,7 +69,7 @@ def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -
     """
     for other, deck_model in DECK_MODELS.items():
         if other != name and deck_model.kind is kind:
-            raise ValueError(f"deck model {name!r}: its class is that of {other!r}")
+            raise ValueError(f"deck model {name!r}: its class is already registered as {other!r}")
     DECK_MODELS.add(name, RegisteredDeckModel(kind, from_scene))
 
 

@@ -197,7 +197,7 @@ double start_up_tick(struct start_up *s, double passed)
     } else if (s->state == HOLD && s->in_state >= settings->longest_hold) {
         leave_hold(s, "not quiet, but the longest hold is over");
     } else if (s->state == TO_FINAL && reached(s, settings->final_speed, passed)) {
-        snprintf(text, sizeof text, "of %g rad/s", settings->final_speed);
+        snprintf(text, sizeof text, "%g rad/s", settings->final_speed);
         enter(s, AT_SPEED, text);
     } else if (s->state == RUN_DOWN && reached(s, 0.0, passed)) {
         enter(s, OFF, "standing still");
