@@ -13,9 +13,9 @@ import numpy as np
 from ab_sim.base.errors import InputError
 
 SHORTEST = 1e-6
-"""Upper bound of the first class [s]; shorter durations count as this one."""
+"""Upper bound of the histogram's first class [s]; all shorter durations count in this class."""
 _PER_DECADE = 40
-"""Number of classes per decade; a quantile is too long by at most 6 %."""
+"""Number of the histogram's classes per decade; a quantile is too long by at most 6 %."""
 _DECADES = 9
 
 

@@ -153,7 +153,7 @@ class RestingPlace(NamedTuple):
     assignments: int | None
     """Number of ways to assign the balls to the places; None in a continuum."""
     balance_alike: bool = False
-    """True if three or more equal balls balance the rotor."""
+    """True if n >= 3 equal balls balance: n - 2 of their motions then have the same eigenvalues."""
 
 
 def clustered_places(rotor: ClosedFormRotor, speed: float, pattern: Pattern) -> list[RestingPlace]:

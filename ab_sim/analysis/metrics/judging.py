@@ -144,7 +144,7 @@ class SampleBlock:
     samples
         Shape (runs, samples, channels).
     late
-        Number of samples at the end that are in the last stretch; may be 0.
+        Number of samples, at the end of the block, that lie in the last tenth of the run; may be 0.
     before
         The preceding samples, two if available; None at the start of the runs.
     """

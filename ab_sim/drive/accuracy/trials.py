@@ -91,6 +91,7 @@ def rounding(run: Samples, unit: float) -> Deviation:
 
 
 _RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
+"""Divisors of the longest step that give the steps of a search."""
 """Divisors of the longest step: they give 10, 5, 2.5, 2, 1 ms ..."""
 LONGEST = 1.0
 """Longest step that is tried [s]."""
@@ -189,7 +190,10 @@ class Trials:
         return 1e-9 * self._base * self._bases
 
     def rungs(self, stepper: Stepper) -> list[int]:
-        """Return the rungs of stable steps of whole nanoseconds, the longest step first."""
+        """Return divisors of the longest step that give stable steps, the longest step first.
+
+        All steps have a whole number of nanoseconds.
+        """
         longest = min(self._longest[stepper.name], LONGEST)
         return [
             rung

@@ -219,7 +219,7 @@ class _Entry:
         return self._rows[unpacked]
 
     def leaves(self, arguments: Sequence[Any]) -> tuple[Any, ...]:
-        """Return the leaves of arguments after the first one; the last ones may be missing."""
+        """Return the leaves of arguments after the first one; the last may be omitted."""
         if len(arguments) > len(self._others):
             raise self.other_number(len(arguments))
         pairs = zip(arguments, self._others, strict=False)

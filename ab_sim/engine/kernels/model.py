@@ -56,8 +56,9 @@ class Evaluated(NamedTuple):
     torques: Torques | None
     """Torques of the motor in a scene with one, else None."""
     on: OnRace
+    """Positions of the balls on the race."""
     arrow: Arrow
-    """Equations of motion, with the balls' positions ``on`` the race."""
+    """Equations of motion."""
     solved: Solved
     """Accelerations that satisfy the equations of motion."""
 

@@ -67,7 +67,10 @@ def _symbol_of_local(name: str, known_symbols: dict[str, str]) -> str:
 
 
 WIDTH = 88
-"""Largest number of characters of a line in text; longer lines get named quantities."""
+"""Largest number of characters of a line in text.
+
+If a line is longer, intermediate quantities are named and printed on separate lines.
+"""
 
 
 class Line(NamedTuple):

@@ -203,8 +203,9 @@ class Torques(NamedTuple):
     """Torques from which a motor's events are located."""
 
     commanded: Number
+    """Torque commanded by the speed loop [N m]."""
     limit: Number
-    """Torque commanded by the speed loop, and largest torque of the motor [N m]."""
+    """Largest torque of the motor [N m]."""
 
 
 def prescribed(

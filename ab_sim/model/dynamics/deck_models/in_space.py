@@ -167,7 +167,8 @@ def linearised(system: System) -> Linearised:
     """Return the linear equations of small motions about the deck's position at rest.
 
     Coordinates are X, Y, Z on the ground's axes, and turns about the deck's x, y, z. The equations
-    are those of ``equations.in_space``, where a symmetric rotor has V = 0.
+    are those of ``equations.in_space`` for a symmetric rotor, whose first moment across the spindle
+    axis is zero (V = 0).
 
     Raises
     ------
