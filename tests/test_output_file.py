@@ -68,7 +68,7 @@ def test_a_folder_is_not_made_before_there_is_something_in_it(tmp_path: Path) ->
     write_whole(folder / "page.md", b"text")
     assert [path.name for path in folder.iterdir()] == ["page.md"]
     for wrong in (folder / "page.md" / "more", NO_FILES / "papers"):
-        with pytest.raises(InputError, match=f"--out {wrong}: cannot be made"):
+        with pytest.raises(InputError, match=f"--out {wrong}: cannot be created"):
             check_can_be_made(wrong, "--out")
 
 

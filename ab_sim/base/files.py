@@ -174,10 +174,10 @@ def check_can_be_made(folder: Path, label: str) -> None:
     try:
         above = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
         if not above.is_dir():
-            raise InputError(f"{label} {folder}: cannot be made: {above} is not a folder")
+            raise InputError(f"{label} {folder}: cannot be created: {above} is not a folder")
         _try_folder(above)
     except OSError as error:
-        raise InputError(f"{label} {folder}: cannot be made: {_reason(error)}") from error
+        raise InputError(f"{label} {folder}: cannot be created: {_reason(error)}") from error
 
 
 def _try_folder(folder: Path) -> None:

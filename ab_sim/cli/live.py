@@ -265,7 +265,7 @@ def run_demo(options: DemoOptions) -> None:
     try:
         logs.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"--out {out}: {logs} cannot be made: {error.strerror}") from error
+        raise InputError(f"--out {out}: {logs} cannot be created: {error.strerror}") from error
     recording, picture = out / "startup.rrd", out / "startup.png"
     for file in (recording, picture):
         check_writable(file, "--out")

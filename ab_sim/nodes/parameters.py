@@ -295,7 +295,9 @@ def recording_file(path: str) -> Path:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{origin} {file}: its folder cannot be made: {error.strerror}") from error
+        raise InputError(
+            f"{origin} {file}: its folder cannot be created: {error.strerror}"
+        ) from error
     check_writable(file, origin, replaced=False)
     return file
 
@@ -314,7 +316,7 @@ def recording_folder(path: str) -> Path:
         folder.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"{origin} {folder}: its folder cannot be made: {error.strerror}"
+            f"{origin} {folder}: its folder cannot be created: {error.strerror}"
         ) from error
     if not os.access(folder.parent, os.W_OK):
         raise InputError(f"{origin} {folder}: cannot be written; choose another place")

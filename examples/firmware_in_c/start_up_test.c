@@ -23,7 +23,7 @@ struct trial {
 static const struct trial trials[] = {
     {"balls apart", {0.0, 2.0}, 1.0, 1.0},
     {"balls at the unbalance", {0.1, -0.3}, 1.0, 1.0},
-    {"balls opposite of it", {2.5, -2.8}, 1.0, 1.0},
+    {"balls opposite the unbalance", {2.5, -2.8}, 1.0, 1.0},
     {"a disc that is better balanced", {0.0, 2.0}, 0.7, 1.0},
     {"softer mounts", {0.0, 2.0}, 1.0, 0.9},
 };

@@ -22,7 +22,7 @@ from tests.cli.tool import PNG, ab_sim, refused
         ),
         (("relative-stability", "--json", "no/r.json"), "there is no folder"),
         (("relative-stability", "--json", "r.png"), "must end in .json"),
-        (("relative-stability", "--out", "file/papers"), "--out file/papers: cannot be made"),
+        (("relative-stability", "--out", "file/papers"), "--out file/papers: cannot be created"),
     ],
 )
 def test_bad_input_exits_with_2_and_leaves_nothing(

@@ -95,7 +95,7 @@ class Started:
             "the best possible is about",
         ),
         ("recorder", ["view:=screen"], "parameter view: 'screen': must be web, native"),
-        ("recorder", ["path:=/proc/no/run.rrd"], "its folder cannot be made"),
+        ("recorder", ["path:=/proc/no/run.rrd"], "its folder cannot be created"),
         ("profile_controller", ["profile:=nowhere.yaml"], "no such scene file"),
         ("profile_controller", ["command_rate:=0.0"], "parameter command_rate"),
     ],

@@ -140,7 +140,7 @@ class BeatMap:
 
     def __init__(self, scene: Scene, speed: float, count: int) -> None:
         if (reason := reason_not_covered(scene)) is not None:
-            raise SceneError(f"circulating balls are not looked for: {reason}")
+            raise SceneError(f"cannot search for circulating balls: {reason}")
         self.turn, self.count, self.speed = TurnMap(scene, speed), count, speed
         self._field = held(scene, speed)
         self._round = np.zeros(self.turn.layout.size)

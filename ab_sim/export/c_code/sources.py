@@ -134,7 +134,7 @@ def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
     step *= max(1.0, math.floor(min(longest, scene.solver.step) / step))
     raise SceneError(
         f"solver.stepper = {scene.solver.stepper!r}: is {choice.stepper.name} here "
-        f"({choice.reason}), and C takes steps of an explicit method; rk8 takes steps of at most "
+        f"({choice.reason}), but exported C needs an explicit method; rk8 takes steps of at most "
         f"{longest:.3g} s because of {what}: --set solver.stepper=rk8 --set solver.step={step:g}"
     )
 

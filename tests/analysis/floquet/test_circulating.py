@@ -119,7 +119,7 @@ def test_the_largest_drag() -> None:
 
 
 def test_what_has_no_beat_map() -> None:
-    with pytest.raises(SceneError, match=r"not looked for: .*ball_contact"):
+    with pytest.raises(SceneError, match=r"circulating balls: .*ball_contact"):
         BeatMap(load_scene("packed-balls"), 300.0, 1)
     with pytest.raises(SceneError, match="rolling_friction"):
         BeatMap(load_scene("thesis-hold"), 300.0, 1)
