@@ -65,6 +65,28 @@ ROOMS = {
         "ab_sim/design/*.py",
         ["tests/design", "-k", "not grid and not cluster and not shared and not most_drives"],
     ),
+    "scheduling": ("ab_sim/tracing/scheduling.py", ["tests/tracing/test_scheduling.py"]),
+    "stepping": (
+        "ab_sim/engine/stepping/*.py",
+        ["tests/stepping", "tests/integrate/test_dips.py", "tests/integrate/test_imex8.py"],
+    ),
+    "taylor": ("ab_sim/engine/taylor/*.py", ["tests/taylor"]),
+    "compiling": ("ab_sim/engine/compiling/*.py", ["tests/compiling"]),
+    "batch": ("ab_sim/design/batch/*.py", ["tests/batch"]),
+    "scene": ("ab_sim/scene/model.py", ["tests/scene"]),
+    "output_file": ("ab_sim/record/recording/output_file.py", ["tests/recording/test_errors.py"]),
+    "base": (
+        "ab_sim/base/*.py",
+        [
+            "tests/test_output_file.py",
+            "tests/test_quoting.py",
+            "tests/test_sources.py",
+            "tests/test_written_numbers.py",
+            "tests/show/test_colours.py",
+            "tests/scene/test_limited_yaml.py",
+            "tests/test_workers.py",
+        ],
+    ),
 }
 """Mutated files and arguments of pytest, by room."""
 OPERATORS = re.compile(

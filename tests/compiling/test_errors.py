@@ -25,6 +25,7 @@ class Odd(NamedTuple):
 
 WORDS = {"a": 1}
 NUMBERS = np.zeros(3)
+TOO_LOW = -(2**63) - 1
 
 def other(x: float, n: int) -> float:
     return x
@@ -74,6 +75,7 @@ CASES = [
     ("y = 1 if x > 0.0 else x", 1, "the other branch is int, this is float", "0.0"),
     ("y = x << 1", 1, "LShift of floats", ""),
     ("y = 9223372036854775808", 1, "more than 64 bits", "below 2**63"),
+    ("y = TOO_LOW", 1, "more than 64 bits", "below 2**63"),
     ("y = math.gamma(x)", 1, "call of math.gamma", "listed in ab_sim.engine.compiling"),
     ("y = np.sin(x)", 1, "call of np.sin", "functions of the subset"),
     ("y = other(x)", 1, "other takes 2 arguments: x, n", "pass each one once"),
@@ -91,6 +93,12 @@ CASES = [
     (
         "for i in range(3):\n    y = scratch(int(x))",
         2,
+        "run-time size in a loop",
+        "out of the loop",
+    ),
+    (
+        "for i in range(3):\n    for j in range(2):\n        pass\n    y = scratch(int(x))",
+        4,
         "run-time size in a loop",
         "out of the loop",
     ),

@@ -13,7 +13,7 @@ from tests.compiling.ways import same
 floats = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.5, 0.1, 5e-324, 1e308])
 ordinary = st.floats(-1e15, 1e15) | st.sampled_from([0.0, -0.0, 0.5, -3.0])
 ints = st.integers(-(2**31), 2**31) | st.integers(-4, 4)
-THREE, HALF, YES = 3, 0.5, True
+THREE, HALF, YES, LOWEST = 3, 0.5, True, -(2**63)
 namespace = SimpleNamespace(inner=SimpleNamespace(seven=7))
 
 
@@ -48,8 +48,9 @@ def in_place(x: float, i: int) -> tuple[float, int]:
     return x, i
 
 
-def constants(x: float) -> tuple[float, float, float, int]:
-    return x + THREE, x * HALF, (math.pi if YES else math.inf), namespace.inner.seven + THREE * 2
+def constants(x: float) -> tuple[float, float, float, int, int]:
+    seven = namespace.inner.seven
+    return x + THREE, x * HALF, (math.pi if YES else math.inf), seven + THREE * 2, LOWEST
 
 
 def compared(x: float, y: float) -> tuple[bool, bool, bool, bool, bool, bool]:

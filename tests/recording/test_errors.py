@@ -109,6 +109,7 @@ def test_a_file_that_is_lost_meanwhile_holds_nothing(
     with pytest.raises(RecordingError, match=rf"run\.rrd contains 0 of 20 rows.*{match}"):
         recording.close()
     assert recording.rows_written == recording.missing == 0
+    assert path.exists() == (match == "replaced"), "only its own file is removed"
 
 
 @pytest.mark.parametrize(

@@ -160,6 +160,13 @@ def test_the_eccentric_mass_may_be_the_whole_mass() -> None:
     np.testing.assert_allclose(ends[1].ball_angles, ends[0].ball_angles, rtol=1e-12)
 
 
+def test_a_raised_rotor_adds_to_its_couple_unbalance() -> None:
+    flat, raised = (load_scene("couple-unbalance", [f"rotor.height={h}"]) for h in (0, 0.004))
+    added = raised.couple_unbalance - flat.couple_unbalance
+    assert abs(flat.couple_unbalance) == pytest.approx(4.5e-8, rel=1e-12)
+    assert added == pytest.approx(0.03 * 1e-5 * 0.004, rel=1e-9)
+
+
 def test_hardening_acts_on_both() -> None:
     springs = {"hardening_suspension": {"cubic_stiffness": 1e8}}
     assert isinstance(odd("smooth", {"effects": springs}), Scene)

@@ -128,6 +128,16 @@ def test_a_run_that_leaves_its_bounds_keeps_the_last_good_state() -> None:
     assert run.work.trial[0] == pytest.approx(0.6, abs=1e-12)
 
 
+def test_branches_are_checked_without_a_step_but_not_to_record() -> None:
+    """A ball that sticks though its force exceeds friction."""
+    pushed, loaded = (lambda t, y: 5.0), (lambda t, y: 1.0)
+    run = run_on_track([0.0], [0.0], force=pushed, friction=0.5, load=loaded)
+    way = np.array([[0.0, 100.0, 0.0, 0.0, 0.1]])
+    for room, direction in ((1, 0), (0, 1)):
+        assert advance(FixedSteps(run), way, 0, 0, 0, math.nan, np.zeros((room, 7))) == 0
+        assert run.balls.discrete[0, DIRECTION] == direction
+
+
 def test_samples_say_when_they_are_and_what_is_asked_for() -> None:
     run = run_on_track([0.0], [1.0])
     way, samples = np.array([[0.0, 100.0, 0.0, 0.0, 0.1]]), np.zeros((4, 7))

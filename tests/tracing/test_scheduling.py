@@ -33,6 +33,14 @@ def test_what_most_operations_wait_for_comes_first() -> None:
     assert scheduled([long[-1]], 1, {long[0].number}) == long[1:]
 
 
+def test_others_fill_the_four_cycles_until_a_result_is_available() -> None:
+    graph = Graph()
+    long = powers(graph.input("a"), 4)
+    others = [long[0] + graph.input(f"b{k}") for k in range(9)]
+    order = scheduled([long[-1], *others], 1)
+    assert [order.index(x) for x in long[1:]] == [0, 4, 8]
+
+
 def all_powers(lanes: int, count: int) -> Function:
     """Emit a function that stores the powers of two numbers from the highest to the lowest."""
     graph = Graph()
