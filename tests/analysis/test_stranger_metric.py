@@ -108,6 +108,21 @@ def test_drives_of_a_batch_are_sorted_by_its_key() -> None:
     assert np.argsort(found).tolist() == [1, 2, 0]
 
 
+def test_in_a_batch_it_gets_the_readings_of_sensors() -> None:
+    @ab_sim.register_metric("largest_reading", unit="m/s^2", meaning="the sensor's largest reading")
+    class LargestReading(LargestAcceleration):
+        def take(self, piece: ab_sim.Trajectory) -> None:
+            self.left -= len(piece)
+            self.largest = max(self.largest, float(abs(piece["pickup_1"]).max()))
+
+    scene = ab_sim.load_scene("thesis-hold", ["duration=0.1", "sensors.pickup.noise_density=0.01"])
+    variations = [{"sensors.pickup.seed": seed} for seed in (1, 2)]
+    found = ab_sim.simulate_batch(scene, variations, metrics=["largest_reading"]).metrics
+    runs = ab_sim.simulate_batch(scene, variations).runs
+    expected = [abs(run.trajectory["pickup_1"]).max() for run in runs]
+    assert found["largest_reading"].tolist() == expected and len({*expected}) == 2
+
+
 @pytest.mark.parametrize("size", [1, 7, 1001])
 def test_it_is_found_piece_by_piece(size: int, scene: Any) -> None:
     run = made(balls=2, step=1e-2, ax=lambda t: t * np.sin(9 * t))
