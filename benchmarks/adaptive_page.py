@@ -44,32 +44,33 @@ balls.
 ## Estimate
 
 A Kalman filter per sensor axis uses x'' = -K x - D x' + Re[q (w^2 - i al) e^(i psi)] with the
-measured angle and speed of the spindle ([axis_filter.py](../ab_sim/control/axis_filter.py)). Its
+measured angle psi and speed w of the spindle, its acceleration al, the squared critical speed
+K = wn^2 and the damping per mass D ([axis_filter.py](../ab_sim/control/axis_filter.py)). Its
 states are x, x', q, K, D and the sensor's offset; q, K, D and the offset are random walks. For an
-accelerometer the state holds K x. The critical speed is the square root of K. The noise of the
-readings follows from the filter's innovations. Only the ratio of |q| to its largest value (the
-*scale*) is used, so the sensor's gain does not matter.
+accelerometer the state holds K x. The noise of the readings follows from the filter's innovations.
+Only the ratio of |q| to its largest value (the *scale*) is used, so the sensor's gain does not
+matter.
 
 ## Decide
 
 1. **Run up** at the largest acceleration until the critical speed is known to 2.5 % and exceeded.
-2. **Dwell** slightly above it. At the speed ratio r the whirl is |q| r^2 / (r^2 - 1). As |q| falls,
-   the speed approaches the critical speed, so that the whirl stays large enough to move the balls
-   against friction. If |q| rises, balls circulate, and the speed moves away. The dwell ends when
-   |q| is small or has stopped falling.
+2. **Dwell** slightly above it. At r times the critical speed the whirl is |q| r^2 / (r^2 - 1). As
+   |q| falls, the speed approaches the critical speed, so that the whirl stays large enough to move
+   the balls against friction. If |q| rises, balls circulate, and the speed moves away. The dwell
+   ends when |q| is small or has stopped falling.
 3. **Go to the final speed**, at first with at most 0.9 (w - wn)^2 rad/s^2, which excites no free
    whirl.
-4. **Judge**: balanced, or close enough to wait; otherwise
-5. **Retry**: return to the dwell, never through the critical speed. After `most_retries` or
-   `patience` the controller stays at the final speed.
+4. **Judge**: stay if balanced, or soon to be.
+5. **Retry** otherwise: return to the dwell, never through the critical speed. After `most_retries`
+   or `patience` the controller stays at the final speed.
 
 The constants are in [chosen.py](../ab_sim/control/chosen.py). They were chosen with other
 random drives than those below.
 
 ## Faults
 
-The controller runs down and gives the reason if samples stop for `silence`, time goes back, a
-reading exceeds `limit`, readings repeat, the offset drifts by more than the vibration, two axes
+The controller stops the spindle and gives the reason if samples stop for `silence`, time goes back,
+a reading exceeds `limit`, readings repeat, the offset drifts by more than the vibration, two axes
 contradict each other twice, angle and speed disagree, or the spindle does not follow. NaN and late
 samples are ignored. Without an estimate good enough for a dwell it goes to the final speed
 directly. Clipping of only the largest readings is not detected, and may hide a remaining unbalance.
@@ -80,8 +81,8 @@ CHOICE = """## Choose a start-up
 - **Different drives, with a sensor and a processor:** the adaptive start-up. Its state takes 1.6 kB
   in double precision, half of that in single precision.
 - **No sensor:** no hold. A long hold that suits the nominal drive shakes stiffer and softer drives.
-- **Sweeps through resonance** need a sensor too, and each sweep throws the balls again. US
-  7,814,507 describes sweeps for disc drives; check whether it concerns you.
+- **Sweeps through resonance** need a sensor too, and each sweep scatters the balls again. US
+  patent 7,814,507 describes sweeps for disc drives; check whether it concerns you.
 """
 
 
@@ -153,9 +154,9 @@ friction, arm 0.5e-5 to 1.5e-5 m. Acceleration {report["acceleration"]:g} rad/s^
 
 *Below 0.3* is the share of start-ups whose whirl in the last second is below 0.3 of the whirl
 without balls, with its 95 % interval. t50 and t90 are the times after which it stays below 0.3 in
-50 % and 90 % of the start-ups; the peak is the 90 % quantile. *Gain* is the adaptive share below
-0.3 minus that of the strategy, on the same drives. Of the sweeps and of the 35
-holds, the best one counts, which a drive cannot know in advance.
+50 % and 90 % of the start-ups; the peak is the 90 % quantile. *With friction*: both shares of those
+drives. *Gain* is the adaptive share below 0.3 minus that of the strategy, on the same drives. Of
+the sweeps and of the 35 holds, the best one counts, which a drive cannot know in advance.
 
 {table([*heads, "gain"], rows)}
 
@@ -171,7 +172,8 @@ def goals(report: dict[str, Any]) -> str:
         met = found[name] >= goal if sense == "at least" else found[name] <= goal
         texts[met].append(f"{name}: {found[name]:.3g} ({sense} {goal:g})")
     missed = "; ".join(texts[False]) or "none"
-    return f"Goals met by *adaptive*: {'; '.join(texts[True])}. Goals missed: {missed}.\n"
+    goals_met, drives = "; ".join(texts[True]), "all drives, or those with friction"
+    return f"Goals met by *adaptive* ({drives}): {goals_met}. Goals missed: {missed}.\n"
 
 
 def variations(report: dict[str, Any]) -> str:

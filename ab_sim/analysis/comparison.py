@@ -54,7 +54,7 @@ class Comparison(NamedTuple):
         return metrics.of(metric) / alone.metrics.of(metric)
 
     def report(self, metrics: Metrics, eccentricity: float) -> dict[str, object]:
-        """Return JSON-able values to add to the report of the run with ``metrics``."""
+        """Return the compared runs' metrics, and ``metrics`` relative to those without balls."""
         runs: dict[str, Any] = {
             "without_variable_speed_period": self.without_period,
             "without_balls": self.without_balls,

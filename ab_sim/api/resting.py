@@ -214,7 +214,9 @@ def follow_floquet(
     if len(wanted) < 2:
         raise InputError(f"values = {wanted}: must be at least two")
     if key == SPEED and speed is not None:
-        raise InputError("speed: is constant and also the key to follow over; give one of them")
+        raise InputError(
+            "speed: is the key to vary, so it cannot have a constant value too; leave speed= out"
+        )
     at = None if speed is None else as_speed(speed, checked_scene)
     case = case_of(checked_scene, key, wanted, at, f"{key} = ")
     return follow(key, case, wanted, tuple(STARTS), progress or (lambda done: None))

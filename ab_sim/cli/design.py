@@ -219,7 +219,7 @@ def _nothing_found(tuning: Tuning, scene_name: str) -> str:
 
 
 def _aim_text(metric: float | None, factor: float, inside: bool = True) -> str:
-    """Return a metric in the requested unit; ``inside``: it is settled, and all bounds hold."""
+    """Return a metric's text; ``inside``: the drive has settled, and keeps all bounds."""
     value = number(None if metric is None else metric * factor)
     return value if inside else f"{value}, but it has not settled, or a bound does not hold"
 

@@ -123,7 +123,7 @@ class SweepOptions(NamedTuple):
     * still changing: the final whirl still rises or falls
     * circulates: balls go round the race
     * aborted: an adaptive start-up gave up, and stopped the spindle
-    * failed: `failure` has the reason; other runs are not affected
+    * failed: the column `failure` has the reason; other runs are not affected
 
     Whirls are in units of the eccentricity e of their run; all other values are in SI units.
     `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
@@ -142,8 +142,8 @@ class SweepOptions(NamedTuple):
         Metrics to compute; `ab-sim metrics` lists them. Default: final_whirl_over_e, in_band_from,
         peak_whirl_over_e, residual_unbalance.
     plot
-        Draw the metrics over one key, maps over two keys, or runs over pairs of keys: .png, .svg or
-        .pdf.
+        Draw the metrics over one key, or maps over two keys. With more keys, draw the runs as
+        points over each pair of keys. .png, .svg or .pdf.
     """
 
     scene: SceneName

@@ -99,7 +99,7 @@ class IdentifyOptions(NamedTuple):
     for long searches only. After Ctrl-C, the command reports the best values so far, marked as
     interrupted. `ab-sim robust --spread-from` reads the JSON.
 
-    Exit codes: 0 done, for any verdict, 2 bad input, 130 interrupted.
+    Exit codes: 0 done (with any verdict), 2 bad input, 130 interrupted.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class IdentifyOptions(NamedTuple):
     fit KEY,KEY,...
         Keys of the scene to fit, e.g. rotor.eccentricity.
     bounds KEY=LOW..HIGH
-        Search range of a key. Default: within a factor of 10. Repeatable.
+        Search range of a key. Default: a tenth to ten times the scene's value. Repeatable.
     without_balls FILE
         Further recording, made without balls. Not needed for recordings of ab_sim, whose scene has
         the number of balls. Repeatable.
@@ -124,7 +124,7 @@ class IdentifyOptions(NamedTuple):
         deck's displacement.
     free gain,bias,delay,disc_angle
         Unknowns to fit for each recording, in addition to --fit: gain, bias and delay of its
-        signals, and the angle of its disc.
+        signals, and the angle of its unbalance at the zero of the spindle's angle.
     trial_mass NAME=MASS
         Mass clamped to the deck for a recording, e.g. 'run-2=5 g'; it determines the deck's mass.
         Repeatable.
@@ -261,7 +261,7 @@ class ReplayOptions(NamedTuple):
     """Publish a ROS 2 bag again, with its timing and QoS.
 
     Commands are included: a drive that subscribes to spindle/command obeys them. drive_description
-    is published first. A recorder of the replay records the same samples.
+    is published first. A recorder of these topics gets the same samples again.
 
     Parameters
     ----------

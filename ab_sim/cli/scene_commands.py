@@ -48,9 +48,10 @@ class DemoOptions(NamedTuple):
 class RunOptions(NamedTuple):
     """Simulate a scene offline, at full speed, and judge the run.
 
-    The table has the metrics of the run, and for comparison those without the variable-speed period
-    and without balls. Final values are taken over the last tenth of the run. `ab-sim metrics` lists
-    units, meanings and equations. Symbols, signs and angles: docs/conventions.md
+    The table has the metrics of the run. For comparison, it also has those of a run without the
+    variable-speed period, and of a run without balls. Final values are taken over the last tenth of
+    the run. `ab-sim metrics` lists units, meanings and equations. Symbols, signs and angles:
+    docs/conventions.md
 
     The JSON has the same metrics, and `samples` of the motion at the times of --times.
 
@@ -71,8 +72,8 @@ class RunOptions(NamedTuple):
     rrd FILE
         Write a Rerun recording of every step: .rrd.
     every N
-        Record only every Nth step, and the steps at which the commanded speed starts or stops
-        changing.
+        With --rrd, record only every Nth step, and the steps at which the commanded speed starts or
+        stops changing.
     """
 
     scene: SceneName

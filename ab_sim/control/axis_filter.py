@@ -150,8 +150,8 @@ class AxisFilter:
         h : float
             Step [s].
         p0, r0, p1, r1 : float
-            Force per mass for a net unbalance of 1 m (p) and of i m (r), at the beginning (0) and
-            at the end (1) of the step [m/s^2].
+            Force per mass for a net unbalance q of 1 m (p) and of 1 m times the imaginary unit (r),
+            at the beginning (0) and at the end (1) of the step [m/s^2].
         """
         x, v, a, b, K, D, offset = self.state
         u0, u1 = a * p0 + b * r0, a * p1 + b * r1
@@ -214,7 +214,8 @@ class AxisFilter:
         reading : float
             Displacement or acceleration, as the sensor reports it [m or m/s^2].
         p, r : float
-            Force per mass for a net unbalance of 1 m and of i m [m/s^2].
+            Force per mass for a net unbalance q of 1 m (p), and of 1 m times the imaginary unit
+            (r) [m/s^2].
         """
         P, state = self.covariance, self.state
         noise = self.variance + chosen.SCALE_ERROR * chosen.SCALE_ERROR * self.size

@@ -218,7 +218,7 @@ class Observer:
         """Number of valid samples."""
         self.time = self._angle = self.speed = self._slope = 0.0
         self._p = self._r = 0.0
-        """Force per mass for a net unbalance of 1 m and of i m, along the first axis [m/s^2]."""
+        """Force per mass along the first axis for q = 1 m and q = 1 m times i (complex) [m/s^2]."""
         self.re = self.im = self.deviation = 0.0
         """Net unbalance, real and imaginary part, and its standard deviation [m]."""
         self.fast = self.slow = self.average_re = self.average_im = self.scale = 0.0

@@ -204,7 +204,7 @@ class Cluster:
         return self._client
 
     def _first(self, clients: "queue.SimpleQueue[Client | Exception]") -> "Client | Exception":
-        """Wait for the client of the connecting thread; return it, or the error."""
+        """Wait until the connecting thread delivers a client or an error, and return that."""
         until = time.monotonic() + ANSWERS + _LEAVES
         while time.monotonic() < until:
             with contextlib.suppress(queue.Empty):

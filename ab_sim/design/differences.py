@@ -144,7 +144,7 @@ def _plain(scene: Scene) -> dict[str, Any]:
 
 
 def _inside(key: str, value: Any) -> Iterator[tuple[str, float]]:
-    """Yield all real numbers in a value, a mapping or list included, with their dotted keys."""
+    """Yield the dotted key and the value of each real number in nested mappings and lists."""
     if type(value) is float:
         yield key, value
     elif isinstance(value, dict | list):

@@ -167,7 +167,7 @@ def values(key: str, listed: Sequence[Any]) -> ListedValues:
     for value in numbers:
         if not _fits(value):
             raise InputError(
-                f"{key}: {short(value)}: must be finite, and whole numbers within 64 bits"
+                f"{key}: {short(value)}: must be finite; whole numbers must lie within 64 bits"
             )
         if (text := repr(value)) in seen:
             raise InputError(f"{key}: {short(value)} is given twice")

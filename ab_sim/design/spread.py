@@ -28,7 +28,7 @@ from ab_sim.design.tolerances import Tolerance
 from ab_sim.scene.model import Scene
 
 BALANCED = "balanced"
-"""Name of the criterion's result, used next to metrics."""
+"""Name under which results list the balanced criterion among the metrics."""
 
 
 class SobolIndices(NamedTuple):

@@ -85,7 +85,8 @@ class Drive:
             )
         if energy_balance and faults:
             raise ValueError(
-                "a drive with faults keeps no energy balance: losses in a shock are not counted"
+                "a drive with faults keeps no energy balance, because losses in a shock are not "
+                "counted; leave out faults or energy_balance"
             )
         check_faults(faults, scene)
         self.scene, self.faults = scene, faults

@@ -43,7 +43,10 @@ class StateChannels(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Return the names of all numbers: channels, constants, efforts, angular acceleration."""
+        """Return the names of all published numbers.
+
+        These are channels, constants, efforts and angular acceleration.
+        """
         return [*self.channels, *CONSTANTS, *map(effort, range(self.balls)), *_TURNING]
 
     @property

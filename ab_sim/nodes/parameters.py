@@ -271,7 +271,7 @@ def whole_ratio(long: float, short: float, meaning: str) -> int:
     ratio = long / short
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
         raise InputError(
-            f"{meaning}: {long:.10g} s must be a whole number of times {short:.10g} s; "
+            f"{meaning}: {long:.10g} s must be a whole multiple of {short:.10g} s; "
             f"for example, use a rate of {1 / (max(round(ratio), 1) * short):g} 1/s"
         )
     return round(ratio)

@@ -287,7 +287,9 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
         return _alone(raw, changes, str(path))
     scene = load_scene(source, changes)
     if scene.profile is None:
-        raise SceneError(f"{path}: this scene has no profile to run; add one, or name another")
+        raise SceneError(
+            f"{path}: this scene has no profile to run; add one, or name another scene"
+        )
     return RequestedProfile(scene.profile, scene.start.speed, scene)
 
 

@@ -193,7 +193,7 @@ class Accelerometer(Sampled):
         default=6.864655e-4,
     )
     resolution: Number = quantity(
-        "q, step between two readings; 0: not rounded",
+        "q, resolution, to whose multiples readings are rounded; 0: not rounded",
         "m/s^2",
         ge=0,
         le=1e9,
@@ -298,7 +298,11 @@ class ProximityProbe(Sampled):
         default=1e-8,
     )
     resolution: Number = quantity(
-        "q, step between two readings; 0: not rounded", "m", ge=0, le=10, default=3.05e-8
+        "q, resolution, to whose multiples readings are rounded; 0: not rounded",
+        "m",
+        ge=0,
+        le=10,
+        default=3.05e-8,
     )
 
 

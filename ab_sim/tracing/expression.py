@@ -14,13 +14,13 @@ class Level(IntEnum):
     """Stage at which a node's value becomes known: the latest stage of its arguments."""
 
     CONSTANT = 0
-    """Known when code is generated."""
+    """Value known when code is generated."""
     PARAMETER = 1
-    """Known before a run: parameters of a scene."""
+    """Value known before a run, computed from parameters of the scene."""
     TIME = 2
-    """Depends on time, not on the state."""
+    """Value that depends on time, not on the state."""
     STATE = 3
-    """Depends on the state."""
+    """Value that depends on the state."""
 
 
 class Graph:

@@ -147,7 +147,7 @@ class Latex(Notation):
         return PrintedText(rf"\sum_{index} {term}", Holds.OPEN)
 
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """Return the sum of matrix elements times a term, over the balls that ``over`` counts."""
+        """Return a row of a matrix product: the sum of B[index, over] * term over all ``over``."""
         return PrintedText(rf"\sum_{over} B_{{{index}{over}}} \, {term}", Holds.OPEN)
 
 
@@ -230,5 +230,5 @@ class PlainText(Notation):
         return PrintedText(f"sum_{index} {term}", Holds.OPEN)
 
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """Return the sum of matrix elements times a term, over the balls that ``over`` counts."""
+        """Return a row of a matrix product: the sum of B[index, over] * term over all ``over``."""
         return PrintedText(f"sum_{over} B_{index}{over} {term}", Holds.OPEN)

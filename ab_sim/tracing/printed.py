@@ -88,7 +88,7 @@ class Notation(ABC):
 
     @abstractmethod
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """Return the sum of matrix elements times a term, over the balls that ``over`` counts."""
+        """Return a row of a matrix product: the sum of B[index, over] * term over all ``over``."""
 
     def tight(self, it: PrintedText, least: Holds) -> str:
         """Return an expression's text, in brackets if it binds less strongly than ``least``."""

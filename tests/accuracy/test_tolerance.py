@@ -143,7 +143,7 @@ def test_below_double_precision_is_refused_with_the_best_there_is(name: str, acc
     with pytest.raises(SceneError, match=f"accuracy.{accuracy} = 1e-18") as caught:
         resolved(wished(name, **{accuracy: 1e-18}))
     text = str(caught.value)
-    assert "the best possible is about" in text and "request no more than that" in text
+    assert "the best possible is about" in text and "choose a larger tolerance" in text
     best = float(text.split(" is about ")[1].split()[0])
     assert 1e-15 < best < 1e-8
     _, work_precision = resolved(wished(name, **{accuracy: best}))

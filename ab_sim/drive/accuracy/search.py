@@ -135,10 +135,9 @@ A refinement that increases the difference by ``_SHARPER`` shows instead that ea
 chance.
 """
 _SHARED = 20
-"""Divisor of the reference's rung.
+"""Number that divides the number of reference steps within one longest step.
 
-Steps of all lower rungs, and every second or fifth step of the others, then end at a sample of the
-reference.
+Each longer step then ends at a sample of the reference, or each second or fifth one does.
 """
 _DRAG_RULES = 1000.0
 """Ratio of the stable steps without and with drag above which no explicit method is tried."""
@@ -318,7 +317,7 @@ class _Search:
             )
         raise SceneError(
             f"{'; '.join(missed)}, with {_setting_of(best)} and a safety factor of "
-            f"{SAFETY:g}: {reason}; request no more than that"
+            f"{SAFETY:g}: {reason}; choose a larger tolerance"
         )
 
     def _cheaper(self, stepper: Stepper, least: float) -> list[Tried]:

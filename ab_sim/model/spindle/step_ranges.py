@@ -19,7 +19,7 @@ class StepResolution(NamedTuple):
     step: float
     """Step [s]."""
     cycle: float
-    """Cycle of the fastest motion that steps resolve [s]: see ``integrate.choose.Choice``."""
+    """Period of the fastest motion that steps resolve [s]: see ``integrate.choose.Choice``."""
 
 
 class StepRange(NamedTuple):

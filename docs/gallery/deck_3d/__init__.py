@@ -37,10 +37,11 @@ def _assumed() -> PageSection:
             "= .2 g, a = b = .12 m, d = R = .03 m, k = 1063.1 N/m per mount, eps = .316489 mm. "
             "The damping c = .6 N s/m per mount, the drag D = 1e-5 N m s and the ball mass are "
             "a choice; only the verdicts depend on them.",
-            "Ours are the equations of the exact rigid body; (13) to (19) are the small-angle "
-            "form. Slips: (13) and (14) have y for gamma; (15) lacks -4 d k alpha and -M eps "
-            "w^2 sin(wt) alpha, and has -4 c d alpha' twice; (16) keeps 4 d k Y + 4 c d Y', of "
-            "second order; (18) has J_Py for J_Pz, n m R for n m R^2, and Y for gamma.",
+            "Ours are the equations of the exact rigid body; the paper's (13) to (19) are the "
+            "small-angle form. Errors: (13) and (14) have y for gamma; (15) lacks -4 "
+            "d k alpha and -M eps w^2 sin(wt) alpha, and has -4 c d alpha' twice; (16) keeps 4 d k "
+            "Y + 4 c d Y', of second order; (18) has J_Py for J_Pz, n m R for n m R^2, and Y for "
+            "gamma.",
             "Also not stated: the mounts' axes, the reference point of the disc's inertia, the "
             "start and length of the time responses.",
         ),

@@ -53,8 +53,8 @@ def map_section(folder: Path, tell: Tell) -> PageSection:
         _draw(panel, each, _rows(each, tell))
     caption = (
         "Figures 4 to 7: where the largest modulus of a multiplier of the balanced deck is below 1 "
-        "(shaded); dotted: the six published natural frequencies; crosses: our set at the speeds "
-        "that the paper judges; hatched: the balls are too light to balance"
+        "(shaded); dotted: the six published natural frequencies; crosses: our parameters at the "
+        "speeds that the paper judges; hatched: the balls are too light to balance"
     )
     text = (
         "The paper varies the damping c of a mount, the distance d from the plate's centre to "

@@ -66,10 +66,10 @@ def response_section(folder: Path, tell: Tell) -> PageSection:
         f"Vibration in the last tenth of {DURATION:g} s, root mean square", names, tuple(rows), 4
     )
     text = (
-        "The paper does not state start and duration. Here the deck is at rest, the speed is "
+        "The paper does not state start and duration. Here the deck starts at rest, the speed is "
         f"constant, and the balls start at {START[0]:g} and {START[1]:g} rad. The results "
         "agree: at 130 rad/s the balls add to the unbalance, at 179 rad/s they find no rest, "
-        "above they balance.",
+        "above they balance. VQ is |(X, Y, Z)|, equation (27).",
     )
     caption = "Figures 8 to 13: left VQ with (blue) and without balls (grey); right the balls"
     return PageSection(

@@ -95,7 +95,7 @@ def border_section(folder: Path, tell: Tell) -> PageSection:
     )
     least = ResultCache(least_dampings).of(deck_of(DeckParameters()), speeds=[*ROTATION, 500.0])
     lowest = Table(
-        "Damping of a mount below which the balance is not stable",
+        "Damping of a mount below which the balance is not stable; -: stable from .6 to .002",
         ("speed [rad/s]", "c [N s/m]"),
         tuple((speed, c) for speed, c in zip((*ROTATION, 500.0), least["c"], strict=True)),
     )
@@ -104,8 +104,8 @@ def border_section(folder: Path, tell: Tell) -> PageSection:
         "they do: the table gives the damping at which the largest modulus crosses 1 as c "
         "falls from .6 to .002. The growing motion is in the plane, without tilt.",
         "One ball of the same mass is too heavy to balance this rotor and leaves a whirl. "
-        "Three and four balls have a manifold of balanced positions; the table judges the most "
-        "even one.",
+        "Three and four balls have a manifold of balanced positions; the table judges the one "
+        "with the most evenly spread balls.",
     )
     names = "case", "borders [rad/s]", "whirl at 500 rad/s [um]"
     table = Table("Borders from 100 to 500 rad/s", names, tuple(rows))

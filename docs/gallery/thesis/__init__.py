@@ -25,10 +25,10 @@ LEFT_OUT = PageSection(
         "while the race pushes, and may hold a ball. (2-15) prints |sin gamma|; its figures "
         "show the signed form, used here. The largest force is the largest before it first "
         "reverses.",
-        "Slips: the peak of 4.1 is 55 in section 4.1 and 53 in section 4.5. In 4.30 the effect "
-        'is "slightly excessive" and the balls go to -300 deg in one sentence; the number is '
-        "judged. 4.45 has m = 2 g in its caption and 1.3 g in its text, which is judged. In "
-        '5.2 balls "settle near -540" and at -600 deg; both are judged. Section 5.1 takes M e '
+        "Contradictions: the peak of 4.1 is 55 in section 4.1 and 53 in section 4.5. In 4.30 "
+        'the effect is "slightly excessive" and the balls go to -300 deg in one sentence; the '
+        "number is judged. 4.45 has m = 2 g in its caption and 1.3 g in its text, which is judged. "
+        'In 5.2 balls "settle near -540" and at -600 deg; both are judged. Section 5.1 takes M e '
         "as the disc's unbalance; here it is M0 e, M0 = M - 2 m, 2 % less with 1 g.",
         "Where the Japanese and English texts differ, the Japanese is judged. The force of "
         "4.27 is 1/3 of that of 4.25 (English: 2/3), of 4.26 1/3 or less (about 1/3 times "

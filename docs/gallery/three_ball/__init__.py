@@ -21,8 +21,8 @@ LEFT_OUT = PageSection(
         "numbers are the thresholds of figures 2 and 5. Only mu / delta matters; here it is "
         f"{MU_OVER_DELTA:g}. Ω = ω/ω_n, η = m_b d / (m_d e), ζ = C / (2 M ω_n), ζ_B = C_B / (2 "
         "m_b ω_n), r = W/e.",
-        "Slips: (9) prints C for C_B in zeta_B; the third term of (4) must be -2 ω x' y; "
-        "tan^-1 in (17)-(29) must be atan2.",
+        "Errors: (9) prints C for C_B in zeta_B; the third term of (4) must be "
+        "-2 ω x' y; tan^-1 in (17)-(29) must be atan2.",
     ),
 )
 _SECTIONS = (

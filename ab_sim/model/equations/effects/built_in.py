@@ -242,7 +242,7 @@ class Motor(NamedTuple):
             raise ValueError(
                 "effects.motor.rotor_inertia = 0.0 kg m^2: must be more than 0; the rotor of a "
                 "scene without a deck in space has no other inertia, unless rotor.eccentric_mass "
-                "is less than all that moves besides the balls"
+                "is less than the moving mass without balls"
             )
         if "spindle_acceleration" not in scene.effects:
             raise ValueError(
