@@ -91,8 +91,7 @@ def rounding(run: Samples, unit: float) -> Deviation:
 
 
 _RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
-"""Divisors of the longest step that give the steps of a search."""
-"""Divisors of the longest step: they give 10, 5, 2.5, 2, 1 ms ..."""
+"""Divisors of the longest step that give the steps of a search: 10, 5, 2.5, 2, 1 ms ..."""
 LONGEST = 1.0
 """Longest step that is tried [s]."""
 _MOST_SECONDS = 300.0
