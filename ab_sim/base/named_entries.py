@@ -11,7 +11,7 @@ class NamedEntries(dict[str, Entry]):
     Parameters
     ----------
     kind
-        What an entry is, for messages.
+        Noun for an entry, such as ``effect``, for messages.
     """
 
     def __init__(self, kind: str) -> None:

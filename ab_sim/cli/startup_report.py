@@ -32,7 +32,7 @@ def report_startup(
     scene
         Scene of the run.
     recording
-        Its .rrd file.
+        The .rrd file of the start-up.
     picture
         File for the figure.
     figures

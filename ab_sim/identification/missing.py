@@ -151,9 +151,9 @@ def _tried(
     problem
         Problem without the additional parameters.
     without
-        Its fit.
+        Fit of ``problem``.
     free
-        Indices of its fitted parameters.
+        Indices of the parameters fitted there.
     whole
         Problem with the additional parameters.
     more

@@ -38,7 +38,7 @@ class Problem:
     common
         Parameters that all recordings share.
     recordings
-        recordings.
+        Recordings to fit.
     noise
         Standard deviation of the noise in each recording.
     """

@@ -225,7 +225,7 @@ class CommandPath:
         Parameters
         ----------
         wanted
-            trajectory.
+            Trajectory as received.
         now
             Step at which it was received.
         stamp
@@ -273,7 +273,7 @@ class CommandPath:
         start
             Start of the trajectory [ns], as in its message.
         refusal
-            reason.
+            Reason, for the status.
         """
         self.rejected += 1
         self.rejected_with_report += 1

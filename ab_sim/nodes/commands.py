@@ -117,7 +117,7 @@ class PendingCommands:
     Parameters
     ----------
     node
-        subscriber.
+        Node that subscribes.
     path
         Command path to which the commands are passed.
     """

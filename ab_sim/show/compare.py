@@ -337,7 +337,7 @@ def _along(
     Parameters
     ----------
     run
-        recording.
+        Recorded run.
     drive
         Drive at its start.
     driven_by

@@ -117,7 +117,7 @@ def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     rotor
         Closed-form parameters of the system.
     speed

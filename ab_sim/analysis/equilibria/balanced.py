@@ -287,7 +287,7 @@ def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[n
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     rotor
         Closed-form parameters of the system.
     speed
@@ -353,7 +353,7 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
     Parameters
     ----------
     system
-        a ``resting_system`` of equal balls in an isotropic suspension.
+        Result of ``resting_system`` of equal balls in an isotropic suspension.
     speed
         Spindle speed w [rad/s], not 0.
     theta

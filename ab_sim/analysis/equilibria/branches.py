@@ -102,7 +102,7 @@ def _clustered(
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     rotor
         Closed-form parameters of the system.
     pattern

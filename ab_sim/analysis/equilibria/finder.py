@@ -83,7 +83,7 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     speed
         Spindle speed w [rad/s].
     state
@@ -142,7 +142,7 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     speed
         Spindle speed w [rad/s].
     states

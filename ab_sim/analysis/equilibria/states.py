@@ -227,7 +227,7 @@ def resting_state(
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     speed
         Spindle speed w [rad/s].
     label, u, theta, structural_zeros, assignments

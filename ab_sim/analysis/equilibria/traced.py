@@ -55,7 +55,7 @@ class EquilibriumCurve:
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     fastest
         Speed that scales the speeds [rad/s].
     """
@@ -229,7 +229,7 @@ def traced_branches(
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     speeds
         Rising speeds > 0 [rad/s], see ``branches_over_speed``.
     progress

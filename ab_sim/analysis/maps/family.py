@@ -93,7 +93,7 @@ def family(
     key
         Dotted key of the third parameter.
     values
-        Its values, SI.
+        Values of the key, SI.
     coarse, workers, tell
         See ``stability_map``.
 

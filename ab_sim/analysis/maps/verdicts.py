@@ -146,7 +146,7 @@ def _verdicts(
     Parameters
     ----------
     system
-        a ``resting_system``.
+        Result of ``resting_system``.
     rotor
         Closed-form parameters of the system.
     speed

@@ -112,7 +112,7 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
     count
         Number of balls n.
     specification
-        requirements.
+        Requirements of the balancer.
     """
     least = least_mass(count, specification.largest_unbalance, specification)
     most = largest_ball(count, specification)
@@ -177,7 +177,7 @@ def _with_window(
     factor
         Their mass relative to the least mass that balances the largest unbalance.
     specification
-        requirements.
+        Requirements of the balancer.
     """
     places = balanced_places(balls, specification)
     border = circulation_border(drive_of_balls(balls, specification, 1.0), specification.speed)
@@ -281,7 +281,7 @@ def _no_window(best: float, above: float, specification: DriveSpecification) -> 
     above
         Largest share at drags without circulation.
     specification
-        requirements.
+        Requirements of the balancer.
     """
     wanted = 100 * specification.share
     if best >= specification.share:

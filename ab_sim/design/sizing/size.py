@@ -146,7 +146,7 @@ def run_sizing(specification: DriveSpecification, running: Running) -> Sizing:
     Parameters
     ----------
     specification
-        requirements.
+        Requirements of the balancer.
     running
         Settings of the runs.
 
@@ -203,7 +203,7 @@ def _claims_of_shares(
     Parameters
     ----------
     specification
-        requirements.
+        Requirements of the balancer.
     hold
         Hold of the start-up; None if it needs none.
     runs

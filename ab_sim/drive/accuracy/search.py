@@ -326,7 +326,7 @@ class _Search:
         Parameters
         ----------
         stepper
-            method.
+            Method to try.
         least
             CPU time of the cheapest run so far [s].
         """

@@ -29,7 +29,7 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
     Parameters
     ----------
     stepper
-        method.
+        Method of integration.
     direction
         Complex number of modulus 1; -1 is the negative real axis, for decay, and +-1j the imaginary
         axis, for undamped motion.
@@ -64,7 +64,7 @@ def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float,
     Parameters
     ----------
     stepper
-        method.
+        Method of integration.
     rates
         Eigenvalues [1/s] by the names of their motions; zeros do not limit the step.
 
@@ -94,7 +94,7 @@ def check_step(
     Parameters
     ----------
     stepper
-        method.
+        Method of integration.
     step
         Length of the step [s].
     rates

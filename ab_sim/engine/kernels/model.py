@@ -170,7 +170,7 @@ class Model:
         Parameters
         ----------
         at
-            state.
+            State at which the equations are evaluated.
         c, s
             Cosine and sine of the balls' angles; None to compute them.
         """
