@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.base.files import check_can_be_made, check_writable, write_whole
+from ab_sim.base.files import check_can_be_made, check_writable, is_being_written, write_whole
 
 NO_FILES = Path("/proc")
 """Folder in which nobody can create files, regardless of its permissions."""
@@ -85,3 +85,15 @@ def test_a_long_name_can_be_written(tmp_path: Path) -> None:
     check_writable(file, "--json")
     write_whole(file, b"text")
     assert file.read_bytes() == b"text"
+
+
+def test_who_only_looks_at_a_file_is_no_writer(tmp_path: Path) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    file = tmp_path / "bag.mcap"
+    file.write_bytes(b"whole")
+    with file.open("rb") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)
+        assert not is_being_written(file), "another process is looking, too"
+        fcntl.flock(other, fcntl.LOCK_EX)
+        assert is_being_written(file)
+    assert not is_being_written(file)

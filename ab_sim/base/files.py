@@ -269,17 +269,17 @@ def is_being_written(path: Path) -> bool:
 
     Files of other users, and file systems without locks and leases, count as not open for writing.
     """
-    # NFS locks only files that are open for writing.
-    with path.open("r+b" if os.access(path, os.W_OK) else "rb") as file:
-        with contextlib.suppress(OSError):
-            if not lock(file):
-                return True
     if sys.platform == "win32":
+        with path.open("rb") as file, contextlib.suppress(OSError):
+            return not lock(file)
         return False
     import fcntl
 
     with path.open("rb") as file:
-        try:  # Linux refuses a lease on a file that is open for writing
+        try:
+            # A shared lock: two processes that look at the same time must not see each other.
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            # Linux refuses a lease on a file that is open for writing.
             fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
             fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
         except BlockingIOError:
